@@ -29,8 +29,20 @@ KERNEL = kernel_of.py_func  # pyrefly: ignore[missing-attribute]
 
 @pytest.fixture(
     scope="module",
-    params=[{}, {"camera.response": "0.45", "camera.drift": "1 %", "camera.shift": "0 +/- 50 um"}],
-    ids=["linear", "gamma, drift and shift"],
+    params=[
+        {},
+        {"camera.response": "0.45", "camera.drift": "1 %", "camera.shift": "0 +/- 50 um"},
+        {
+            "polariscope.channels": [
+                {"wavelength": "red LED"}, {"wavelength": "525 nm"}, {"wavelength": "470 nm"}
+            ],
+            "polariscope.crosstalk": "5 +/- 2 %",
+            "camera.response": "0.45",
+            "camera.gamma": "1 +/- 0.02",
+            "camera.pixels": 512,
+        },
+    ],
+    ids=["linear", "gamma, drift and shift", "colours with cross-talk"],
 )
 def strip(request: pytest.FixtureRequest, sensor: ff.Sensor) -> FrameModel:
     return uncertainty(ff.characterize(sensor.replace(**TOLERANCES, **request.param))).frame

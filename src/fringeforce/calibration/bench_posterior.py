@@ -160,7 +160,7 @@ class Bench(BenchContacts):
     def layouts(self) -> list[Layout]:
         """Where the unknowns of a frame's model stand, by the number of its contacts."""
         fields, modes = len(self.template.fields), len(self.template.brightness) + LAMP
-        more = np.array([fields, modes, 0, 1, 1])
+        more = np.array([fields, modes, 0, 1, 1, 0])
         return [
             Layout(2 * k, 2 * k, 3 * k, 4 * k, *(4 * k + np.cumsum(more)).tolist())
             for k in range(self.which.shape[1] + 1)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import Field, model_validator
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from fringeforce.base.arrays import Array
 
 from fringeforce.design.fields import (
     Angle,
@@ -14,11 +18,17 @@ from fringeforce.design.fields import (
     Length,
     Percent,
     Place,
+    Share,
     Visibility,
 )
 from fringeforce.design.light_sources import Wavelength, with_bandwidth
 from fringeforce.design.parts import Converter, Part
+from fringeforce.design.tolerances import is_tolerance, parse_tolerance, split_tolerance
 
+CROSSTALK = "polariscope.crosstalk"
+"""Path of the shares of light that channels have in each other; each has its numbers behind it."""
+MOST_CROSSTALK = 0.5
+"""Share of a channel that others stay below: the rest tells whose it is, and the channels apart."""
 
 class Light(Part):
     """Light whose wavelength may name a source, which then has a bandwidth."""
@@ -94,6 +104,15 @@ class Polariscope(Light):
         description="V of fringes, I = [1 - V cos p] / 2: extinction, misalignment, stray light",
         json_schema_extra={"ideal": True},
     )
+    crosstalk: tuple[tuple[Share, ...], ...] = Field(
+        default=(),
+        description="cross-talk between channels, such as that of a colour camera under red, green "
+        "and blue light: the share that the light of each other channel has in the fringes of "
+        'one, "5 %" or "5 +/- 2 %" for all pairs alike, whose per cent are of the whole light.  '
+        "Or a row for each channel, with a share for each, and 0 for its own, which has the rest; "
+        "the tolerance is of each share on its own",
+        json_schema_extra={"ideal": True},
+    )
     residual: Angle = Field(
         default=0.0,
         description="phase lead without load [rad]; its tolerance is the standard deviation of a "
@@ -108,10 +127,95 @@ class Polariscope(Light):
         json_schema_extra={"ideal": True, "unit": "meter"},
     )
 
+    @classmethod
+    def in_full(cls, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The same, with a share for each pair of channels."""
+        stated, channels = values.get("crosstalk"), values.get("channels")
+        count = len(channels) if isinstance(channels, list | tuple) else 0
+        return {**values, "crosstalk": _pairs(stated, count)} if "crosstalk" in values else values
+
+    @field_validator("crosstalk", mode="before")
+    @classmethod
+    def _between_channels(cls, stated: Any, info: ValidationInfo) -> Any:
+        count = len(info.data.get("channels", ()))
+        if isinstance(whole := _pairs(stated, count), list):
+            return whole
+        if count < 2:
+            raise ValueError(
+                f"is between several channels, and there {'is one' if count else 'are none'}; list "
+                "them in polariscope.channels, or leave crosstalk out"
+            )
+        raise ValueError(
+            "is no share of the light of each other channel; it is from 0 to less than "
+            f'{MOST_CROSSTALK / (count - 1):.3g} for {count} channels: write "5 %" or "5 +/- 2 %"'
+        )
+
+    @field_validator("crosstalk", mode="after")
+    @classmethod
+    def _less_than_its_own(
+        cls, shares: tuple[tuple[float, ...], ...], info: ValidationInfo
+    ) -> tuple[tuple[float, ...], ...]:
+        count = len(info.data.get("channels", ()))
+        if shares and {len(shares), *map(len, shares)} != {count}:
+            raise ValueError(
+                f"has {len(shares)} rows of {max(map(len, shares))} shares for {count} channels; "
+                'give a row for each channel with a share for each, or one for all pairs, "5 %"'
+            )
+        for number, row in enumerate(shares):
+            if row[number]:
+                raise ValueError(
+                    f"has a share of {row[number]:g} of channel {number + 1} in itself; write 0 "
+                    "there, for its own light has what the others leave"
+                )
+            if sum(row) >= MOST_CROSSTALK:
+                raise ValueError(
+                    f"makes {sum(row):.0%} of channel {number + 1} light of others; it must be "
+                    f"less than {MOST_CROSSTALK:.0%}, or it is a picture of another channel"
+                )
+        return shares
+
+    @property
+    def channel_shares(self) -> Array:
+        """Share of every channel's light in each, shape (C, C); (0, 0) without cross-talk."""
+        if not self.crosstalk:
+            return np.empty((0, 0))
+        others = np.array(self.crosstalk)
+        return others + np.diag(1 - others.sum(axis=1))
+
     @property
     def pictures(self) -> tuple[Channel, ...]:
         """The channels, at least one."""
         return self.channels or (Channel(),)
+
+
+def _pairs(stated: Any, count: int) -> Any:
+    """A list of shares for each of so many channels, where what is stated can be one."""
+    if isinstance(stated, list | tuple):
+        rows = [row if isinstance(row, list | tuple) else [row] for row in stated]
+        return [[_share(one) for one in row] for row in rows]
+    alike = _share(stated)
+    try:
+        number = parse_tolerance(alike, None)[1] if is_tolerance(alike) else float(alike)
+    except (TypeError, ValueError):
+        return stated
+    if count < 2 or not 0 <= number < MOST_CROSSTALK / (count - 1):
+        return stated
+    return [[0.0 if c == d else alike for d in range(count)] for c in range(count)]
+
+
+def _share(value: Any) -> Any:
+    """A share in per cent as a number, with its tolerance if it has one; else as it is.
+
+    The sign of per cent at the end counts for both numbers.
+    """
+    if not isinstance(value, str) or not value.strip().endswith("%"):
+        return value
+    parts = split_tolerance(value) if is_tolerance(value) else (value,)
+    try:
+        shares = [float(part.removesuffix("%")) / 100 for part in parts]
+    except ValueError:
+        return value
+    return shares[0] if len(shares) == 1 else f"{shares[0]!r} +/- {shares[1]!r}"
 
 
 class Camera(Converter):

@@ -70,6 +70,11 @@ class Part(BaseModel):
         """Tables that follow from others, and are not stated."""
         return frozenset()
 
+    @classmethod
+    def in_full(cls, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Values as written, with what may be written in short as it stands for."""
+        return values
+
 
 class RelaxationTerm(Part):
     """A Prony term: what of a modulus is lost, or what an effect gains, and how fast."""

@@ -83,6 +83,11 @@ def is_tolerance(value: Any) -> bool:
     return isinstance(value, str) and _SIGN.search(value) is not None
 
 
+def split_tolerance(text: str) -> list[str]:
+    """What stands before and behind the sign of a tolerance."""
+    return [part.strip() for part in _SIGN.split(text, maxsplit=1)]
+
+
 def parse_tolerance(text: str, unit: str | None) -> tuple[str | float, float, float]:
     """Read a value with its tolerance.
 
@@ -105,7 +110,7 @@ def parse_tolerance(text: str, unit: str | None) -> tuple[str | float, float, fl
     ValueError
         If one of the two is no number, lacks its unit, or the tolerance is negative.
     """
-    left, right = (part.strip() for part in _SIGN.split(text, maxsplit=1))
+    left, right = split_tolerance(text)
     share = right.endswith("%")
     nominal: str | float = left
     if unit is None:
@@ -256,6 +261,7 @@ def _taken(model: type[BaseModel], values: Any, path: tuple[str | int, ...], tak
     if not isinstance(values, Mapping):
         return values
     fields = {info.alias or name: info for name, info in model.model_fields.items()}
+    values = getattr(model, "in_full", dict)(values)
     return {
         key: _field(fields[key], value, (*path, key), taken) if key in fields else value
         for key, value in values.items()

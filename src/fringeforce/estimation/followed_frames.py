@@ -117,6 +117,11 @@ class Reference(NamedTuple):
         they renew the inverse [rad].
     kernel : ndarray, shape (k,)
         One half of the point spread, from its middle; empty if there is none.
+    shares, turning : ndarray, shape (C, C)
+        Shares of every channel's light in the fringes of each and in their derivative; (0, 0)
+        without cross-talk.
+    leaks : ndarray, shape (k, C, C)
+        Change of the fringes with each unknown of cross-talk, as shares of the fringes as seen.
     fresh, lasting : ndarray of int, shapes (a,) and (b,)
         Unknowns that are new in every frame, loads first, and the others.
     information : ndarray, shape (a, a)
@@ -158,6 +163,9 @@ class Reference(NamedTuple):
     fixed: Single
     anchor: Single
     kernel: Single
+    shares: Single
+    turning: Single
+    leaks: Single
     fresh: NDArray[np.int64]
     lasting: NDArray[np.int64]
     information: Array
@@ -397,6 +405,19 @@ def _swinging(ratio, bias, spread, lead, sine, swing):
 
 
 @sums
+def _mix(shares, values):
+    """Mix what belongs to the channels, shape (C K,), by the shares of each."""
+    own, size = values.copy(), len(values) // len(shares)
+    values[:] = np.float32(0)
+    for c in range(len(shares)):
+        out = values[c * size : (c + 1) * size]
+        for d in range(len(shares)):
+            share, line = shares[c, d], own[d * size : (d + 1) * size]
+            for p in range(size):
+                out[p] += share * line[p]
+
+
+@sums
 def _lit(pixels, modes, c, own, own_dark, work):
     """Fill in light of one channel that varies along the strip."""
     for kind in range(2):
@@ -441,25 +462,29 @@ def _stand(model, pixels, reference, standing):
             dark += np.float32(modes[s] * model.darkness[s, 0])
     inverse = np.float32(1 / np.sqrt(model.variance))
     gamma = power_of(model, unknowns)
-    bent = gamma != 1.0 or model.srgb or at.size > at.gamma
+    bent = gamma != 1.0 or model.srgb or at.crosstalk > at.gamma
     size = len(standing.pull)
-    lead, swing = standing.lead[:size], standing.swing[:size]
+    lead = standing.lead[:size]
     for c in range(len(model.bias)):
         span = slice(c * size, (c + 1) * size)
         ratio, bias = np.float32(model.dispersion[c]), np.float32(model.bias[c])
+        _interpolated(pixels, nodes, lead)
+        _swinging(
+            ratio, bias, np.float32(model.spread[c]), lead, standing.sine[span], standing.seen[span]
+        )
+    if len(reference.shares) > 0:
+        _mix(reference.shares, standing.seen)
+        _mix(reference.turning, standing.sine)
+    for c in range(len(model.bias)):
+        span, ratio = slice(c * size, (c + 1) * size), np.float32(model.dispersion[c])
         amplitude, offset = pixels.amplitude[span], pixels.offset[span]
         level, steep, sine = standing.level[span], standing.steep[span], standing.sine[span]
         seen, relative = standing.seen[span], standing.relative[span]
-        _interpolated(pixels, nodes, lead)
-        _swinging(ratio, bias, np.float32(model.spread[c]), lead, sine, swing)
         if deviation > 0:
             line, out = standing.line[: len(pixels.place)], standing.back[: len(pixels.place)]
-            _in_line(pixels, swing, line)
+            _in_line(pixels, seen, line)
             _smeared(line, reference.kernel, standing.padded, out)
             _in_columns(pixels, out, seen)
-        else:
-            for p in range(size):
-                seen[p] = swing[p]
         if pixels.even:
             for p in range(size):
                 strong = amplitude[p] * bright
@@ -523,7 +548,7 @@ def _compare(model, pixels, reference, standing, whole):
     contrast, half, one = np.float32(contrast64), np.float32(0.5), np.float32(1)
     size = len(standing.pull)
     gamma = power_of(model, unknowns)
-    bent = gamma != 1.0 or model.srgb or at.size > at.gamma
+    bent = gamma != 1.0 or model.srgb or at.crosstalk > at.gamma
     lights = at.size > at.modes and (whole or len(reference.fresh) > at.loads)
     inverse, sigma = np.float32(1 / np.sqrt(model.variance)), np.sqrt(model.variance)
     limits = np.float32(SOUND * SOUND), np.float32(model.floor), np.float32(model.ceiling)
@@ -558,7 +583,7 @@ def _compare(model, pixels, reference, standing, whole):
         grouped += _summed(pull, pixels.even_out[c], len(pixels.shares))
         if bent:
             for p in range(size):
-                if at.size > at.gamma:
+                if at.crosstalk > at.gamma:
                     by_power += pull[p] * by_gamma_of(model, unknowns, np.float64(level[p]))
         if lights:
             _light_pulled(model, pixels, reference, standing, c)
@@ -567,6 +592,15 @@ def _compare(model, pixels, reference, standing, whole):
                 strong = pull[p] * (bend[p] if bent else one) * inverse * relative[p]
                 vis += strong * seen[p]
             by_visibility -= 0.5 * model.visibility_std * vis
+            for k in range(len(reference.leaks)):
+                leak, leaked = reference.leaks[k, c], np.float32(0)
+                for d in range(len(leak)):
+                    other, part = standing.seen[d * size : (d + 1) * size], np.float32(0)
+                    for p in range(size):
+                        strong = pull[p] * (bend[p] if bent else one) * inverse * relative[p]
+                        part += strong * other[p]
+                    leaked += leak[d] * part
+                gradient[at.crosstalk + k] -= half * contrast * leaked
         if deviation > 0:
             count = len(pixels.place)
             line, out = standing.line[:count], standing.lead[:count]
@@ -602,7 +636,7 @@ def _compare(model, pixels, reference, standing, whole):
         gradient[at.visibility] = by_visibility
     if at.gamma > at.blur:
         gradient[at.blur] = by_width
-    if at.size > at.gamma:
+    if at.crosstalk > at.gamma:
         gradient[at.gamma] = by_power * model.gamma_std / np.sqrt(model.variance)
     return squares, counted, grouped
 
@@ -618,7 +652,7 @@ def _light_pulled(model, pixels, reference, standing, c):
     contrast, half, one = np.float32(lens(model, unknowns)[0]), np.float32(0.5), np.float32(1)
     inverse = np.float32(1 / np.sqrt(model.variance))
     gamma = power_of(model, unknowns)
-    bent = gamma != 1.0 or model.srgb or at.size > at.gamma
+    bent = gamma != 1.0 or model.srgb or at.crosstalk > at.gamma
     amplitude, seen, bend = pixels.amplitude[span], standing.seen[span], standing.bend[span]
     if pixels.even:
         by_bright, by_dark = np.float32(0), np.float32(0)

@@ -250,9 +250,32 @@ def lens(model, unknowns):
 @sums
 def power_of(model, unknowns):
     """Power of the camera's response."""
-    if model.at.size > model.at.gamma:
+    if model.at.crosstalk > model.at.gamma:
         return model.gamma + model.gamma_std * unknowns[model.at.gamma]
     return model.gamma
+
+
+@sums
+def channel_shares(model, unknowns):
+    """Share of every channel's light in the fringes of each, shape (C, C), or (0, 0) if its own."""
+    shares = model.crosstalk.copy()
+    for k in range(len(model.leaks)):
+        e, leak = unknowns[model.at.crosstalk + k], model.leaks[k]
+        for c in range(len(shares)):
+            for d in range(len(shares)):
+                shares[c, d] += e * leak[c, d]
+    return shares
+
+
+@sums
+def mix(shares, lines, out):
+    """Lines of all channels in turn, mixed by the shares of one, into `out`."""
+    pixels = len(out)
+    out[:] = 0.0
+    for d in range(len(shares)):
+        share, line = shares[d], lines[d * pixels : (d + 1) * pixels]
+        for p in range(pixels):
+            out[p] += share * line[p]
 
 
 @sums
@@ -324,7 +347,6 @@ def fill_exposure(model, unknowns, work):
     _interpolated(model, nodes, phase)
     for c in range(channels):
         ratio, bias, spread = model.dispersion[c], model.bias[c], model.spread[c]
-        lines = slice(c * pixels, (c + 1) * pixels)
         for p in range(c * pixels, (c + 1) * pixels):
             phase[p] *= ratio
             sine, _ = half_waves(phase[p] + bias)
@@ -332,10 +354,17 @@ def fill_exposure(model, unknowns, work):
         if spread > 0:
             for p in range(c * pixels, (c + 1) * pixels):
                 swing[p] *= np.exp(-0.5 * (spread * phase[p]) ** 2)
+    shares, mixed = channel_shares(model, unknowns), np.empty(pixels)
+    for c in range(channels):
+        lines = slice(c * pixels, (c + 1) * pixels)
+        line = swing[lines]
+        if len(shares) > 0:
+            mix(shares[c], swing, mixed)
+            line = mixed
         if deviation > 0:
-            blurred(swing[lines], kernel_of(deviation), seen[lines])
+            blurred(line, kernel_of(deviation), seen[lines])
         else:
-            seen[lines] = swing[lines]
+            seen[lines] = line
     _light(model, unknowns, bright, slope)
     for p in range(len(phase)):
         level[p] = slope[p] + model.amplitude[p] * bright[p] * (1 - contrast * seen[p]) / 2
@@ -343,6 +372,28 @@ def fill_exposure(model, unknowns, work):
     if not linear:
         for p in range(len(phase)):
             level[p], slope[p] = encoded(model, gamma, level[p])
+
+
+@sums
+def fill_slopes(model, unknowns, work, out):
+    """Minus the derivative of every channel's fringes by the phase lead, without a point spread."""
+    _, phase, swing, _, _, _, _ = work
+    channels = len(model.bias)
+    pixels = len(phase) // channels
+    for c in range(channels):
+        ratio, bias, spread = model.dispersion[c], model.bias[c], model.spread[c]
+        for p in range(c * pixels, (c + 1) * pixels):
+            sine, cosine = half_waves(phase[p] + bias)
+            out[p] = 2 * ratio * sine * cosine
+        if spread > 0:
+            for p in range(c * pixels, (c + 1) * pixels):
+                share = np.exp(-0.5 * (spread * phase[p]) ** 2)
+                out[p] = share * out[p] + ratio * spread * spread * phase[p] * swing[p]
+    shares = channel_shares(model, unknowns)
+    if len(shares) > 0:
+        own = out.copy()
+        for c in range(channels):
+            mix(shares[c], own, out[c * pixels : (c + 1) * pixels])
 
 
 @sums
@@ -400,6 +451,12 @@ def point_spread(model, unknowns):
     """
     deviation = lens(model, unknowns)[1]
     return kernel_of(deviation) if deviation > 0 else np.empty(0)
+
+
+@sums_entry
+def shares_of_channels(model, unknowns):
+    """As `channel_shares`, for Python."""
+    return channel_shares(model, unknowns)
 
 
 @sums_entry

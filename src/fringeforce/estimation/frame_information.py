@@ -11,8 +11,10 @@ from fringeforce.estimation.frame_exposure import (
     dot,
     fill_columns,
     fill_exposure,
+    fill_slopes,
     kernel_of,
     lens,
+    mix,
     workspace,
 )
 from fringeforce.estimation.frame_loss import pixel_loss
@@ -100,21 +102,15 @@ def information(model, frame, unknowns, more):
     fill_columns(model, unknowns, columns)
     channels, pixels = len(model.bias), len(phase) // len(model.bias)
     total = at.size + len(more)
-    turned, rows = np.empty(pixels), np.zeros((total, len(phase)))
+    slopes, rows = np.empty(len(phase)), np.zeros((total, len(phase)))
+    fill_slopes(model, unknowns, work, slopes)
     weight, kernel = np.zeros(len(phase)), np.ones(1)
     if deviation > 0:
         kernel = kernel_of(deviation)
     for c in range(channels):
         begin = c * pixels
         lines = slice(begin, begin + pixels)
-        for k in range(pixels):
-            lead = phase[begin + k]
-            turned[k] = np.sin(lead + model.bias[c])
-            if model.spread[c] > 0:
-                share = np.exp(-0.5 * (model.spread[c] * lead) ** 2)
-                curve = model.spread[c] ** 2 * lead * swing[begin + k]
-                turned[k] = share * turned[k] + curve
-        own = np.empty(pixels)
+        turned, own = slopes[lines], np.empty(pixels)
         for x in range(total):
             if at.visibility <= x < at.size:
                 continue
@@ -128,7 +124,13 @@ def information(model, frame, unknowns, more):
             blurred(own, kernel, rows[x, lines])
             for k in range(pixels):
                 p = begin + k
-                rows[x, p] *= model.dispersion[c] * model.amplitude[p] * bright[p] * contrast / 2
+                rows[x, p] *= model.amplitude[p] * bright[p] * contrast / 2
+        for x in range(len(model.leaks)):
+            row = rows[at.crosstalk + x, lines]
+            mix(model.leaks[x, c], swing, own)
+            blurred(own, kernel, row)
+            for k in range(pixels):
+                row[k] *= -model.amplitude[begin + k] * bright[begin + k] * contrast / 2
         for k in range(pixels):
             p = begin + k
             light = model.amplitude[p] * (1 - contrast * seen[p]) / 2
@@ -144,7 +146,7 @@ def information(model, frame, unknowns, more):
                 curve = seen[begin + max(k - 1, 0)] + seen[begin + min(k + 1, pixels - 1)]
                 curve -= 2 * seen[p]
                 rows[at.blur, p] = -amplitude * contrast / 2 * deviation * by_blur * curve
-            if at.size > at.gamma:
+            if at.crosstalk > at.gamma:
                 by_gamma = by_gamma_of(model, unknowns, level[p])
                 rows[at.gamma, p] = model.gamma_std * by_gamma / slope[p]
             if np.isfinite(frame[p]):

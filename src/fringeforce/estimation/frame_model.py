@@ -2,13 +2,14 @@
 
 The grey levels of a strip are
 
-    y = B + A (1 - V K cos(c p + b)) / 2,
+    y = B + A (1 - V K sum_d M_d cos(c_d p + b_d)) / 2,
     p = sum_j f_j . Psi_j(place_j, width_j) + f' H f + rho,
 
-with the amplitude A, offset B, visibility V and point spread K of the camera, and the phase lead p
-of the loads f and of the residual retardance rho; H is what large strain adds.  What is uncertain
+with the amplitude A, offset B, visibility V and point spread K of the camera, the shares M that the
+light of the channels d has in the grey levels of one, and the phase lead p of the loads f and of
+the residual retardance rho; H is what large strain adds.  What is uncertain
 are standardised unknowns e ~ N(0, 1) beside the loads: place and width of each contact, smooth
-fields of phase, modes of light and influence matrix, visibility, blur and gamma.  What acts through
+fields of phase, modes of light and influence matrix, visibility, blur, gamma and cross-talk.  What acts through
 profiles that are smooth along the strip is kept on nodes, and only the fringes are taken at every
 pixel.
 
@@ -42,6 +43,7 @@ class Layout(NamedTuple):
     visibility: int
     blur: int
     gamma: int
+    crosstalk: int
     size: int
 
 
@@ -83,6 +85,11 @@ class FrameModel(NamedTuple):
         Standard deviation of the point spread [pixels]; none where both are zero.
     gamma, gamma_std : float
         Power of the grey level as a share of the full scale, and its deviation.
+    crosstalk : ndarray, shape (C, C)
+        Share that the light of every channel has in the fringes of each, a row for each, which sums
+        to one; shape (0, 0) if every channel sees its own light alone and is known to.
+    leaks : ndarray, shape (k, C, C)
+        Change of these shares with each of their unknowns.
     srgb : bool
         Whether the response is that of sRGB before that power.
     variance : float
@@ -129,6 +136,8 @@ class FrameModel(NamedTuple):
     blur_std: float
     gamma: float
     gamma_std: float
+    crosstalk: Array
+    leaks: Array
     srgb: bool
     variance: float
     floor: float

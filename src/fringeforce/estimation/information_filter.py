@@ -35,7 +35,12 @@ from fringeforce.estimation.followed_frames import (
     standing_at,
 )
 from fringeforce.estimation.frame_climb import CONVERGED, climb
-from fringeforce.estimation.frame_exposure import node_columns, node_phase, point_spread
+from fringeforce.estimation.frame_exposure import (
+    node_columns,
+    node_phase,
+    point_spread,
+    shares_of_channels,
+)
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.linearised_frame import (
@@ -273,6 +278,7 @@ class InformationFilter:
             fixed=fixed.astype(np.float32),
             anchor=anchor.astype(np.float32),
             kernel=point_spread(self.model, rest).astype(np.float32),
+            **self._crosstalk(rest),
             fresh=fresh,
             lasting=lasting,
             information=own,
@@ -295,6 +301,16 @@ class InformationFilter:
             size=float(np.sqrt(np.mean(np.square(self.unknowns[:loads:2])))),
         )
         self._standing = standing_at(self.unknowns, self._pixels, self._reference)
+
+    def _crosstalk(self, unknowns: Array) -> dict[str, Single]:
+        """Shares of the light of channels in each other, of a `Reference`."""
+        model, ratio = self.model, self.model.dispersion
+        shares = shares_of_channels(model, unknowns)
+        turning, back = shares, shares
+        if len(shares):
+            turning, back = shares * ratio / ratio[:, None], np.linalg.inv(shares)
+        parts = {"shares": shares, "turning": turning, "leaks": model.leaks @ back}
+        return {name: part.astype(np.float32) for name, part in parts.items()}
 
     def _second_order(self, about: Linearised, deviation: Array) -> Array:
         """Information lost to products of errors of force and place or width; see `Posterior`."""

@@ -18,9 +18,10 @@ from fringeforce.estimation.frame_exposure import (
     dot,
     fill_columns,
     fill_exposure,
-    half_waves,
+    fill_slopes,
     kernel_of,
     lens,
+    mix,
     workspace,
 )
 from fringeforce.estimation.frame_information import fill_products
@@ -30,11 +31,12 @@ from fringeforce.estimation.frame_model import FrameModel
 Array = NDArray[np.float64]
 
 BASES = 6
-"""Ways in which an unknown changes a pixel: phase, amplitude, offset, visibility, blur, gamma."""
+"""Ways in which an unknown changes a pixel: phase, amplitude, offset, visibility, blur, gamma; each
+unknown of cross-talk has a way of its own behind them."""
 
 
 class Linearised(NamedTuple):
-    """The loss about one point.
+    """The loss about one point, of a model with k unknowns of cross-talk.
 
     Attributes
     ----------
@@ -46,10 +48,10 @@ class Linearised(NamedTuple):
         What the cone adds to the Hessian.
     columns : ndarray, shape (size, m)
         Change of the phase at the nodes with every unknown, behind the point spread.
-    weights : ndarray, shape (BASES, BASES, m)
+    weights : ndarray, shape (BASES + k, BASES + k, m)
         Sums over the pixels around a node of products of the bases, in units of the noise; that of
         two phases is in `band`.
-    pulls : ndarray, shape (BASES, m)
+    pulls : ndarray, shape (BASES + k, m)
         The same of the bases and the residuals.
     band : ndarray, shape (4, m)
         The same of two phases at nodes that are so many steps apart, the first of which is given:
@@ -174,24 +176,18 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
     at = model.at
     channels, pixels = len(model.bias), len(phase) // len(model.bias)
     contrast, deviation, by_blur = lens(model, unknowns)
-    gamma = at.size > at.gamma
+    gamma, kinds = at.crosstalk > at.gamma, len(out.pulls)
     hessian, gradient, cone, columns, weights, pulls, band = out
     fill_columns(model, unknowns, columns)
     weights[:], pulls[:], band[:] = 0.0, 0.0, 0.0
-    turned, smeared = np.empty(pixels), np.empty(pixels)
+    slopes, smeared = np.empty(len(phase)), np.empty(pixels)
+    fill_slopes(model, unknowns, work, slopes)
     pulled, sharp = np.empty(pixels), np.zeros(len(phase))
-    bases, weight = np.zeros((BASES, len(phase))), np.zeros(len(phase))
+    bases, weight = np.zeros((kinds, len(phase))), np.zeros(len(phase))
     pull = np.zeros(len(phase))
     for c in range(channels):
-        ratio, bias, spread, begin = model.dispersion[c], model.bias[c], model.spread[c], c * pixels
-        for k in range(pixels):
-            sine, cosine = half_waves(phase[begin + k] + bias)
-            turned[k] = 2 * sine * cosine
-        if spread > 0:
-            for k in range(pixels):
-                lead = phase[begin + k]
-                share = np.exp(-0.5 * (spread * lead) ** 2)
-                turned[k] = share * turned[k] + spread * spread * lead * swing[begin + k]
+        begin = c * pixels
+        turned = slopes[begin : begin + pixels]
         if deviation > 0:
             blurred(turned, kernel_of(deviation), smeared)
         else:
@@ -202,7 +198,7 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
                 continue
             _, pull[p], weight[p] = pixel_loss(model, frame[p], level[p], sigma)
             amplitude, own = model.amplitude[p] * bright[p], slope[p] / sigma
-            bases[0, p] = own * amplitude * contrast / 2 * smeared[k] * ratio
+            bases[0, p] = own * amplitude * contrast / 2 * smeared[k]
             bases[1, p] = own * model.amplitude[p] * (1 - contrast * seen[p]) / 2
             bases[2, p] = own
             bases[3, p] = -own * amplitude * model.visibility_std * seen[p] / 2
@@ -211,6 +207,17 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
             bases[4, p] = -own * amplitude * contrast / 2 * deviation * by_blur * curve
             if gamma:
                 bases[5, p] = model.gamma_std * by_gamma_of(model, unknowns, level[p]) / sigma
+        for x in range(len(model.leaks)):
+            mix(model.leaks[x, c], swing, pulled)
+            if deviation > 0:
+                blurred(pulled, kernel_of(deviation), smeared)
+            else:
+                smeared[:] = pulled
+            for k in range(pixels):
+                p = begin + k
+                if weight[p] > 0:
+                    light = slope[p] / sigma * model.amplitude[p] * bright[p]
+                    bases[BASES + x, p] = -light * contrast / 2 * smeared[k]
         # the gradient by the phase is exact: the point spread acts on the residuals
         for k in range(pixels):
             p = begin + k
@@ -220,17 +227,17 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
         else:
             smeared[:] = pulled
         for k in range(pixels):
-            sharp[begin + k] = ratio * turned[k] * smeared[k]
+            sharp[begin + k] = turned[k] * smeared[k]
     modes, shape = at.visibility - at.modes, (len(model.shares), len(model.starts))
     known = (True, modes > 0, modes > 0, at.blur > at.visibility, at.gamma > at.blur, gamma)
-    beside, weighed = np.empty((BASES, *shape)), np.empty(shape)
+    beside, weighed = np.empty((kinds, *shape)), np.empty(shape)
     pulling, heavy = np.empty(shape), np.empty(shape)
     _side_by_side(model, pull, pulling)
     _side_by_side(model, weight, heavy)
     _side_by_side(model, sharp, weighed)
     _pulled(model, weighed, np.ones(shape), pulls[0])
-    for u in range(BASES):
-        if not known[u]:
+    for u in range(kinds):
+        if u < BASES and not known[u]:
             continue
         _side_by_side(model, bases[u], beside[u])
         if u > 0:
@@ -243,9 +250,9 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
         else:
             _pulled(model, weighed, beside[0], weights[u, 0])
         for v in range(1, u + 1):
-            if known[v]:
+            if v >= BASES or known[v]:
                 _lumped(model, weighed, beside[v], weights[u, v])
-    for u in range(BASES):
+    for u in range(kinds):
         for v in range(u):
             weights[v, u] = weights[u, v]
     for x in range(at.visibility):
@@ -274,6 +281,21 @@ def _weigh(band, rows, out):
             own[i] = (middle[i] * here[i] + a[i] * next_[i] + p[i] * near[i]) + (
                 (b[i] * right[i] + q[i] * left[i]) + (c[i] * last[i] + r[i] * far[i])
             )
+
+
+@sums
+def _rows(model):
+    """The unknown of each way to change a pixel that has one alone; -1 where there is none."""
+    at, rows = model.at, np.full(BASES + len(model.leaks), -1)
+    if at.blur > at.visibility:
+        rows[3] = at.visibility
+    if at.gamma > at.blur:
+        rows[4] = at.blur
+    if at.crosstalk > at.gamma:
+        rows[5] = at.gamma
+    for k in range(len(model.leaks)):
+        rows[BASES + k] = at.crosstalk + k
+    return rows
 
 
 @sums
@@ -307,10 +329,10 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
                 total += dark[i] * (weights[1, 2, i] * other[i] + weights[2, 2, i] * darker[i])
             hessian[row, at.modes + t] += total
         gradient[row] += dot(bright, pulls[1]) + dot(dark, pulls[2])
-    begins = (at.visibility, at.blur, at.gamma, at.size)
-    for u in range(3, BASES):
-        row = begins[u - 3]
-        if begins[u - 2] == row:
+    rows = _rows(model)
+    for u in range(3, len(pulls)):
+        row = rows[u]
+        if row < 0:
             continue
         for x in range(first):
             hessian[row, x] = dot(columns[x], weights[0, u])
@@ -318,8 +340,8 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
             hessian[row, at.modes + s] += dot(model.brightness[s], weights[1, u])
             hessian[row, at.modes + s] += dot(model.darkness[s], weights[2, u])
         for v in range(3, u + 1):
-            if begins[v - 2] > begins[v - 3]:
-                hessian[row, begins[v - 3]] = weights[v, u].sum()
+            if rows[v] >= 0:
+                hessian[row, rows[v]] = weights[v, u].sum()
         gradient[row] = pulls[u].sum()
     for x in range(len(prior.joint)):
         for z in range(at.size):
@@ -336,14 +358,14 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
 @sums
 def empty_linearised(model):
     """Room for what `fill_linearised` fills in."""
-    size, nodes = model.at.size, len(model.fixed)
+    size, nodes, kinds = model.at.size, len(model.fixed), BASES + len(model.leaks)
     return Linearised(
         np.zeros((size, size)),
         np.zeros(size),
         np.zeros((size, size)),
         np.zeros((size, nodes)),
-        np.zeros((BASES, BASES, nodes)),
-        np.zeros((BASES, nodes)),
+        np.zeros((kinds, kinds, nodes)),
+        np.zeros((kinds, nodes)),
         np.zeros((4, nodes)),
     )
 
@@ -408,9 +430,20 @@ def weighed_waves(band, waves):
     return found
 
 
+@sums_entry
+def rows_of(model):
+    """As `_rows`, for Python."""
+    return _rows(model)
+
+
 def banded(about: Linearised, waves: Array) -> Array:
     """Information at the nodes times changes of phase there, shape (k, m)."""
     return weighed_waves(about.band, np.ascontiguousarray(waves))
+
+
+def _singles(model: FrameModel) -> list[tuple[int, int]]:
+    """Ways to change a pixel that have an unknown of their own, and where it stands."""
+    return [(u, int(row)) for u, row in enumerate(rows_of(model)) if row >= 0]
 
 
 def shared_information(
@@ -424,12 +457,8 @@ def shared_information(
     found = about.columns @ (banded(about, waves) if weighed is None else weighed).T
     found[at.modes : at.visibility] += model.brightness @ (weights[0, 1] * waves).T
     found[at.modes : at.visibility] += model.darkness @ (weights[0, 2] * waves).T
-    if at.blur > at.visibility:
-        found[at.visibility] = waves @ weights[0, 3]
-    if at.gamma > at.blur:
-        found[at.blur] = waves @ weights[0, 4]
-    if at.size > at.gamma:
-        found[at.gamma] = waves @ weights[0, 5]
+    for u, row in _singles(model):
+        found[row] = waves @ weights[0, u]
     return found
 
 
@@ -449,7 +478,6 @@ def light_information(model: FrameModel, about: Linearised, bright: Array, dark:
     found[: at.visibility] = about.columns[: at.visibility] @ by_phase.T
     modes = slice(at.modes, at.visibility)
     found[modes] += model.brightness @ by_bright.T + model.darkness @ by_dark.T
-    for u, begin, end in zip((3, 4, 5), at[5:8], at[6:9], strict=True):
-        if end > begin:
-            found[begin] = bright @ weights[1, u] + dark @ weights[2, u]
+    for u, row in _singles(model):
+        found[row] = bright @ weights[1, u] + dark @ weights[2, u]
     return found

@@ -98,7 +98,7 @@ def by_coordinates(model: FrameModel, basis: Array) -> FrameModel:
     """The model with coordinates of the contacts' phase in the place of contacts, as its fields."""
     at, nodes = model.at, len(model.fixed)
     own = len(basis) - at.fields
-    ends = (at.modes + own, at.visibility + own, at.blur + own, at.gamma + own, at.size + own)
+    ends = (begin + own for begin in at[4:])
     return model._replace(
         moments=np.empty((0, *model.moments.shape[1:])),
         profiles=np.empty((0, *model.profiles.shape[1:])),

@@ -338,11 +338,13 @@ class Posterior:
         first = model.first[: seen.shape[1]]
         right = model.weights[: seen.shape[1], 2:].sum(axis=1)
         amplitude = model.amplitude.reshape(seen.shape) * model.visibility / 2
+        ratio = model.dispersion[:, None]
+        bent = ratio**2 * np.cos(ratio * phase + model.bias[:, None])
+        bent = model.crosstalk @ bent if len(model.crosstalk) else bent
         for c, own in enumerate(np.square(amplitude) * seen / model.variance):
             lumped = np.bincount(first + 1, (1 - right) * own, len(phase))
             lumped += np.bincount(first + 2, right * own, len(phase))
-            ratio = model.dispersion[c]
-            found += lumped * ratio**4 * np.square(np.cos(ratio * phase + model.bias[c]))
+            found += lumped * np.square(bent[c])
         return found
 
     def sampled(

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.design.light import CROSSTALK
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.frame_model import (
     FrameModel,

@@ -62,7 +62,7 @@ from fringeforce.models.temperature import frame_scale
 from fringeforce.models.unlike_layers import ratio_powers, turned_phase
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
-from fringeforce.optics.polariscope import Picture, pictures
+from fringeforce.optics.polariscope import Picture, pictures, together
 
 Array = NDArray[np.float64]
 
@@ -260,8 +260,7 @@ class SensorModel:
     def _light(self, phase: Array) -> Array:
         """Normalised intensity of all channels at phase leads, shape (..., n_pixels)."""
         seen = [p.fringe.intensity(p.dispersion * phase) for p in self._pictures]
-        light = seen[0] if len(seen) == 1 else np.stack(seen, axis=-2)
-        return camera_optics.on_sensor(self.sensor, light)
+        return camera_optics.on_sensor(self.sensor, together(self.sensor.polariscope, seen))
 
     def expose(
         self,

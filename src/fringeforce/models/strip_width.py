@@ -22,7 +22,7 @@ from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import STRIP, LightLine, strip_integral
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
-from fringeforce.optics.polariscope import pictures
+from fringeforce.optics.polariscope import pictures, together
 
 Array = NDArray[np.float64]
 
@@ -114,8 +114,7 @@ class StripWidth:
             self.weights @ p.fringe.turned(p.dispersion * lead, p.dispersion * cross)
             for p in pictures(self.sensor.polariscope)
         ]
-        light = seen[0] if len(seen) == 1 else np.stack(seen)
-        return camera_optics.on_sensor(self.sensor, light)
+        return camera_optics.on_sensor(self.sensor, together(self.sensor.polariscope, seen))
 
     def expose(
         self, forces: ArrayLike, rng: camera_optics.Rng = None

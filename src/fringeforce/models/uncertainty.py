@@ -8,15 +8,17 @@ without a tolerance has no unknown and costs nothing.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import accumulate
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from fringeforce.design.light import CROSSTALK, Polariscope
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.estimation.frame_model import (
@@ -43,7 +45,7 @@ from fringeforce.models.strip_width import light_line
 from fringeforce.models.temperature import COEFFICIENT, REFERENCE
 from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
-from fringeforce.optics.polariscope import pictures
+from fringeforce.optics.polariscope import pictures, together
 
 Array = NDArray[np.float64]
 
@@ -221,8 +223,10 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     fringes = [picture.fringe for picture in seen]
     pixels = camera.pixels
     if imaging is None:
-        amplitude = np.repeat([camera.amplitude * f.amplitude for f in fringes], pixels)
-        offset = np.repeat([camera.offset + camera.amplitude * f.offset for f in fringes], pixels)
+        bright = together(light, [np.array([f.amplitude]) for f in fringes])
+        dark = together(light, [np.array([f.offset]) for f in fringes])
+        amplitude = np.repeat(camera.amplitude * bright, pixels)
+        offset = np.repeat(camera.offset + camera.amplitude * dark, pixels)
         visibility = light.visibility
     else:  # measured amplitudes hold the visibility already
         amplitude, offset, visibility = imaging.amplitude, imaging.offset, 1.0
@@ -231,6 +235,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     per_metre = pixels / sensor.transducer.length
     blur, blur_std = (camera.blur or 0.0) * per_metre, std.get("camera.blur", 0.0) * per_metre
     gamma_std = std.get("camera.gamma", 0.0)
+    crosstalk = Crosstalk.of(light, std, [fringe.amplitude for fringe in fringes])
     counts = (
         2 * sensor.tactels.count,
         sensor.tactels.count if PLACEMENT in std else 0,
@@ -240,6 +245,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         1 if visibility_std else 0,
         1 if blur_std else 0,
         1 if gamma_std else 0,
+        len(crosstalk.leaks),
     )
     begins = [0, *accumulate(counts)]
     loads = begins[1]
@@ -276,6 +282,8 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         gamma=camera.gamma
         * (1.0 if camera.response in ("linear", "sRGB") else float(camera.response)),
         gamma_std=gamma_std,
+        crosstalk=crosstalk.shares,
+        leaks=crosstalk.leaks,
         srgb=camera.response == "sRGB",
         variance=float(variance),
         floor=0.0 if darkest < -0.5 else -np.inf,
@@ -285,6 +293,50 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         at=at,
     )
     return Uncertainty(frame, tuple(modes), shape, shapes, x, shown)
+
+
+class Crosstalk(NamedTuple):
+    """Shares of the light of channels in the fringes of each, as of `FrameModel`.
+
+    Attributes
+    ----------
+    shares : ndarray, shape (C, C)
+        A row for each channel, which sums to one; shape (0, 0) without cross-talk.
+    leaks : ndarray, shape (k, C, C)
+        What a standard deviation of each uncertain share changes.
+    """
+
+    shares: Array
+    leaks: Array
+
+    @classmethod
+    def of(cls, light: Polariscope, std: Mapping[str, float], amplitudes: list[float]) -> Crosstalk:
+        """Of a polariscope and the tolerances of its design.
+
+        Parameters
+        ----------
+        light : Polariscope
+            With its channels.
+        std : mapping
+            Standard deviations by dotted path.
+        amplitudes : list of float
+            Of the fringes of every channel's own light: weaker light has less of a share.
+        """
+        count, found = len(light.pictures), list[Array]()
+        for c in range(count):
+            for d in range(count):
+                own = std.get(f"{CROSSTALK}.{c}.{d}", 0.0)
+                if own and c != d:
+                    leak = np.zeros((count, count))
+                    leak[c, d], leak[c, c] = own, -own
+                    found.append(leak)
+        shares = light.channel_shares
+        if found and not len(shares):
+            shares = np.eye(count)
+        weight = np.array(amplitudes)
+        whole = shares @ weight[: len(shares)]
+        leaks = np.array(found).reshape(len(found), *shares.shape)
+        return cls(*(part * weight[: len(shares)] / whole[:, None] for part in (shares, leaks)))
 
 
 def _powers(modes: list[tuple[Array, ...]], psi: Array) -> Array:
@@ -486,7 +538,7 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
     plain = sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
     for path, std in sensor.tolerances.items():
         found = number_at(sensor, path)
-        if path in taken or found is None or path.startswith(RELAXING) or path in THERMAL:
+        if path in taken or found is None or path.startswith((*RELAXING, CROSSTALK)) or path in THERMAL:
             continue
         value = found[0]
         if path == "camera.amplitude":

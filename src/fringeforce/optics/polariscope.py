@@ -54,6 +54,26 @@ def pictures(polariscope: Polariscope) -> list[Picture]:
     return [_picture(polariscope, channel) for channel in polariscope.pictures]
 
 
+def together(polariscope: Polariscope, seen: list[Array]) -> Array:
+    """Light of all channels, with the cross-talk between them.
+
+    Parameters
+    ----------
+    polariscope : Polariscope
+        Whose shares count.
+    seen : list of ndarray, shape (..., n_pixels)
+        Normalised intensity of each channel's own light.
+
+    Returns
+    -------
+    ndarray, shape (..., n_channels, n_pixels), or (..., n_pixels) of a single one
+    """
+    if len(seen) == 1:
+        return seen[0]
+    light, shares = np.stack(seen, axis=-2), polariscope.channel_shares
+    return np.asarray(shares @ light) if len(shares) else light
+
+
 def _picture(polariscope: Polariscope, channel: Channel) -> Picture:
     plates = polariscope.plates or Plates()
     dispersion = polariscope.wavelength / (channel.wavelength or polariscope.wavelength)

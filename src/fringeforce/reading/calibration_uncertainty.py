@@ -129,8 +129,8 @@ class CalibrationUncertainty:
     ) -> _About:
         at, loads = model.at, unknowns[: model.at.loads]
         # blur and gamma are unknowns now, and the first mode is what the sensor is
-        sizes = np.add(np.diff(at[1:]), [0, 0, 0, 1, 0, 0, 0])
-        sizes[-2:] = 1
+        sizes = np.add(np.diff(at[1:]), [0, 0, 0, 1, 0, 0, 0, 0])
+        sizes[-3:-1] = 1
         wide = Layout(at.loads, *accumulate(sizes.tolist(), initial=at.loads))
         scale = np.array([model.blur_std or 1.0, model.gamma_std or 1.0])
         start = 0.0
@@ -155,7 +155,7 @@ class CalibrationUncertainty:
         )
         own = np.ones(wide.size, dtype=bool)
         own[wide.modes] = False
-        own[wide.blur], own[wide.gamma] = at.gamma > at.blur, at.size > at.gamma
+        own[wide.blur], own[wide.gamma] = at.gamma > at.blur, at.crosstalk > at.gamma
         there, precision, mean = np.zeros((3, wide.size))
         there[own], precision[own], mean[own] = unknowns, prior.precision, prior.mean
         there[[wide.blur, wide.gamma]] += found @ lens

@@ -16,6 +16,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from fringeforce.base.arrays import Array, Index
+from fringeforce.design.light import CROSSTALK
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, positive
 from fringeforce.estimation.frame_loss import Prior
@@ -346,6 +347,7 @@ def _places(uncertain: Uncertainty) -> Mapping[str, Index]:
         *[mode.name for mode in uncertain.modes],
         *[VISIBILITY] * (at.blur - at.visibility),
         *[BLUR] * (at.gamma - at.blur),
-        *[GAMMA] * (at.size - at.gamma),
+        *[GAMMA] * (at.crosstalk - at.gamma),
+        *[CROSSTALK] * (at.size - at.crosstalk),
     ]
     return {name: np.flatnonzero([one == name for one in names]) for name in dict.fromkeys(names)}

@@ -179,6 +179,10 @@ class PosteriorSearch:
             if own.any() and not own.all():
                 line[~own] = np.interp(along[~own], along[own], line[own])
         variance = model.variance / np.square(model.amplitude).reshape(channels, -1).mean(axis=1)
+        if len(model.crosstalk):  # every channel's own light, where all of them are seen
+            own = np.linalg.inv(model.crosstalk)
+            lines, variance = own @ lines, np.square(own) @ variance
+            seen, told = (np.broadcast_to(part.all(axis=0), part.shape) for part in (seen, told))
         pace = np.array([phase_pace(*line) for line in zip(lines, variance, strict=True)])
         return Lines(lines, told, variance, pace, self._light(lines, seen & ~told, variance, pace))
 
