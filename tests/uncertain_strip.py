@@ -17,6 +17,15 @@ TOLERANCES = {
     "camera.amplitude": "237 +/- 3 %",
     "camera.blur": "49 um +/- 24 um",
 }
+COLOURS = {
+    "polariscope.channels": [
+        {"wavelength": "red LED"},
+        {"wavelength": "525 nm"},
+        {"wavelength": "470 nm"},
+    ],
+    "polariscope.crosstalk": "5 +/- 2 %",
+}
+"""A colour camera, one light of which is not of one wavelength."""
 
 
 def slow_motion(

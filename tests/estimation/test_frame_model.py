@@ -20,7 +20,7 @@ from fringeforce.estimation.frame_model import (
 )
 from fringeforce.estimation.linearised_frame import linearise
 from fringeforce.models.uncertainty import uncertainty
-from uncertain_strip import TOLERANCES
+from uncertain_strip import COLOURS, TOLERANCES
 
 Array = NDArray[np.float64]
 STEP = 1e-5
@@ -33,10 +33,7 @@ KERNEL = kernel_of.py_func  # pyrefly: ignore[missing-attribute]
         {},
         {"camera.response": "0.45", "camera.drift": "1 %", "camera.shift": "0 +/- 50 um"},
         {
-            "polariscope.channels": [
-                {"wavelength": "red LED"}, {"wavelength": "525 nm"}, {"wavelength": "470 nm"}
-            ],
-            "polariscope.crosstalk": "5 +/- 2 %",
+            **COLOURS,
             "camera.response": "0.45",
             "camera.gamma": "1 +/- 0.02",
             "camera.pixels": 512,

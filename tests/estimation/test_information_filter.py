@@ -13,7 +13,7 @@ from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.information_filter import FORGOTTEN, InformationFilter
 from fringeforce.estimation.posterior import Posterior
 from fringeforce.reading.strip_reader import StripFrameReader
-from uncertain_strip import TOLERANCES
+from uncertain_strip import COLOURS, TOLERANCES
 
 Array = NDArray[np.float64]
 STEP = 1e-5
@@ -82,9 +82,13 @@ class Case:
         return np.concatenate([left, np.sqrt(prior.precision[: at.loads]) * loads])
 
 
-@pytest.fixture(scope="module")
-def reader(sensor: ff.Sensor) -> StripFrameReader:
-    return StripFrameReader(ff.characterize(sensor.replace(**TOLERANCES)))
+@pytest.fixture(
+    scope="module",
+    params=[{}, COLOURS | {"camera.pixels": 1024}],
+    ids=["one channel", "colours with cross-talk"],
+)
+def reader(request: pytest.FixtureRequest, sensor: ff.Sensor) -> StripFrameReader:
+    return StripFrameReader(ff.characterize(sensor.replace(**TOLERANCES, **request.param)))
 
 
 @pytest.fixture
@@ -103,11 +107,13 @@ def test_gradient_is_that_of_differences_of_exposed_frames(case: Case) -> None:
         left = expose(case.model, unknowns)[0] - frame
         return float(left @ left / case.model.variance / 2)
 
-    loads = np.eye(len(here))[: case.model.at.loads]
-    expected = [(half(here + STEP * row) - half(here - STEP * row)) / (2 * STEP) for row in loads]
+    rows = STEP * np.eye(len(here))
+    off = found - [(half(here + row) - half(here - row)) / (2 * STEP) for row in rows]
     # how far the error leads the loads astray, in deviations of all of them together
-    off = found[: len(loads)] - expected
-    assert off @ own._reference.gain[: len(loads), : len(loads)] @ off < 0.003**2
+    loads = case.model.at.loads
+    assert off[:loads] @ own._reference.gain[:loads, :loads] @ off[:loads] < 0.003**2
+    # and each unknown of light, lens and cross-talk
+    assert np.abs(off * np.sqrt(np.diag(case.spread)))[case.model.at.modes :].max() < 0.02
     assert squares == pytest.approx(2 * half(here), rel=1e-4)
     assert count == pytest.approx(len(frame), abs=0.1)
 

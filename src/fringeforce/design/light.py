@@ -30,6 +30,12 @@ CROSSTALK = "polariscope.crosstalk"
 MOST_CROSSTALK = 0.5
 """Share of a channel that others stay below: the rest tells whose it is, and the channels apart."""
 
+def pairs_of_channels(count: int) -> dict[str, tuple[int, int]]:
+    """Every pair of so many channels, whose first sees light of the second, by its path."""
+    several = range(count)
+    return {f"{CROSSTALK}.{c}.{d}": (c, d) for c in several for d in several if c != d}
+
+
 class Light(Part):
     """Light whose wavelength may name a source, which then has a bandwidth."""
 

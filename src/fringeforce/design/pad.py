@@ -6,6 +6,7 @@ middle; z upwards from the loaded surface.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -202,6 +203,16 @@ class PadPolariscope(Part):
         description="correlation length of the residual [m]",
         json_schema_extra={"ideal": True, "unit": "meter"},
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_crosstalk(cls, values: Any) -> Any:
+        if isinstance(values, Mapping) and "crosstalk" in values:
+            raise ValueError(
+                "has a crosstalk, which readings of pads do not allow for; it is for strips with "
+                "several channels: leave it out"
+            )
+        return values
 
     @model_validator(mode="after")
     def _without_mean(self) -> PadPolariscope:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design.light import CROSSTALK
+from fringeforce.design.light import CROSSTALK, pairs_of_channels
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.frame_model import (
     FrameModel,
@@ -56,6 +56,8 @@ LAMP, DARK, UNEVEN = 0.1, 0.02, 0.05
 the full scale."""
 VISIBILITY, BLUR, GAMMA, BANDWIDTH = 0.1, 6.0, 0.1, 20e-9
 """Sizes of departures of fringes, point spread [pixels], power of the response, spectrum [m]."""
+LEAK = 0.05
+"""Size of the cross-talk of each pair of channels, as a share of the light."""
 RETARDANCE = 0.1
 """Size of the residual [rad]."""
 FARTHEST_PLACE = 1.0
@@ -170,6 +172,7 @@ class Departures:
     def _light(self) -> list[Departure]:
         full, frame = self.uncertain.frame.full_scale, self.uncertain.frame
         spread = float(np.max(frame.spread))
+        crosstalk = Departure(CROSSTALK, LEAK, own=self._leaky)
         per_metre = 1 / (self.model.sensor.polariscope.wavelength * np.sqrt(8 * np.log(2)))
         return [
             Departure(
@@ -198,6 +201,7 @@ class Departures:
             ),
             Departure(UNEVEN_LIGHT, UNEVEN, own=self._uneven),
             Departure(RESIDUAL, RETARDANCE, own=self._residual),
+            *[crosstalk] * (len(frame.bias) > 1),
         ]
 
     def _contacts(self) -> list[Departure]:
@@ -262,6 +266,21 @@ class Departures:
             fields=np.concatenate([frame.fields, field]), at=_grown(at, "fields", len(field))
         )
         return Widened(wider, np.arange(at.modes, at.modes + len(field)), field)
+
+    def _leaky(self, frame: FrameModel) -> Widened:
+        """Every channel with a share of its own of the light of each other one."""
+        channels, at = len(frame.bias), frame.at
+        shares = frame.crosstalk if len(frame.crosstalk) else np.eye(channels)
+        pairs = list(pairs_of_channels(channels).values())
+        leaks = np.zeros((len(pairs), channels, channels))
+        for leak, (c, d) in zip(leaks, pairs, strict=True):
+            leak[c, d], leak[c, c] = LEAK, -LEAK
+        wider = frame._replace(
+            crosstalk=shares,
+            leaks=np.concatenate([frame.leaks.reshape(-1, channels, channels), leaks]),
+            at=_grown(at, "crosstalk", len(pairs)),
+        )
+        return Widened(wider, np.arange(at.size, wider.at.size), LEAK * np.eye(len(pairs)))
 
     @cached_property
     def _lines(self) -> Callable[[float, float], Array]:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from fringeforce.design.light import CROSSTALK, Polariscope
+from fringeforce.design.light import CROSSTALK, Polariscope, pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.estimation.frame_model import (
@@ -323,13 +323,11 @@ class Crosstalk(NamedTuple):
             Of the fringes of every channel's own light: weaker light has less of a share.
         """
         count, found = len(light.pictures), list[Array]()
-        for c in range(count):
-            for d in range(count):
-                own = std.get(f"{CROSSTALK}.{c}.{d}", 0.0)
-                if own and c != d:
-                    leak = np.zeros((count, count))
-                    leak[c, d], leak[c, c] = own, -own
-                    found.append(leak)
+        for path, (c, d) in pairs_of_channels(count).items():
+            if own := std.get(path, 0.0):
+                leak = np.zeros((count, count))
+                leak[c, d], leak[c, c] = own, -own
+                found.append(leak)
         shares = light.channel_shares
         if found and not len(shares):
             shares = np.eye(count)

@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from fringeforce.base.arrays import Array, Index
-from fringeforce.design.light import CROSSTALK
+from fringeforce.design.light import CROSSTALK, pairs_of_channels
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, positive
 from fringeforce.estimation.frame_loss import Prior
@@ -33,7 +33,7 @@ from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import square_limit
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
-from fringeforce.models.departures import LAYERS, UNEVEN_LIGHT, Departures
+from fringeforce.models.departures import LAYERS, LEAK, UNEVEN_LIGHT, Departures
 from fringeforce.models.node_splines import coefficients
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
@@ -44,7 +44,7 @@ SHAPE = "shape"
 """Name of the modes of an error of the influence matrix."""
 LIGHT = (
     *("camera.shift", "camera.scale", BLUR, GAMMA, "camera.amplitude", "camera.offset"),
-    *(UNEVEN_LIGHT, VISIBILITY, RESIDUAL),
+    *(UNEVEN_LIGHT, VISIBILITY, RESIDUAL, CROSSTALK),
 )
 """What is tested of camera and polariscope."""
 SIZES = "transducer.compliant.thickness", "transducer.photoelastic.thickness"
@@ -128,7 +128,7 @@ class StripDepartureTest:
     def tested(self) -> tuple[Tested, ...]:
         """What is tested, sizes last; what the design allows for is fitted in its place."""
         sensor = self.model.sensor
-        stated = {*sensor.tolerances, *(mode.name for mode in self.uncertain.modes)}
+        stated = {*_places(self.uncertain), *sensor.tolerances}
         paths = LIGHT + (SIZES if sensor.transducer.solved_in_a_plane else ())
         return tuple(
             Tested(one.path, one.deviation, one.one is not None)
@@ -144,6 +144,8 @@ class StripDepartureTest:
         for one in self.tested:
             if one.path == UNEVEN_LIGHT:
                 camera = camera.model_copy(update={"unevenness": one.deviation})
+            elif one.path == CROSSTALK:
+                wide |= dict.fromkeys(pairs_of_channels(len(sensor.polariscope.channels)), LEAK)
             elif one.path not in SIZES:
                 wide[one.path] = one.deviation * self._unit(one)
         block = sensor.transducer.model_copy(update={"strain": "linear"})
@@ -262,6 +264,8 @@ class StripDepartureTest:
         frame, group = self._wide.frame, _places(self._wide)[departure.path]
         if departure.path == RESIDUAL:
             return frame.fields[group - frame.at.fields]
+        if departure.path == CROSSTALK:
+            return departure.deviation * np.eye(len(group))
         return frame.brightness[group - frame.at.modes]
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.design.light import pairs_of_channels
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import (
     expose,
@@ -21,7 +22,7 @@ from fringeforce.estimation.frame_exposure import (
 from fringeforce.estimation.hypotheses import SAME_PHASE
 from fringeforce.estimation.posterior import Top
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
-from fringeforce.models.departures import BLUR, SCATTER, Departure, Departures
+from fringeforce.models.departures import BLUR, LEAK, SCATTER, Departure, Departures
 from fringeforce.models.strip import characterize
 from fringeforce.reading.departure_fit import Fit, begin, distinct
 from fringeforce.reading.findings import (
@@ -69,7 +70,7 @@ class Allowance:
     contacts : bool
         Whether each has a place and a width of its own.
     light : bool
-        Whether amplitude, visibility and residual may be other than drawn.
+        Whether amplitude, visibility, residual and cross-talk may be other than drawn.
     """
 
     offset: float = 0.0
@@ -237,6 +238,7 @@ class Diagnosis:
             if allowance.light:
                 wide |= WIDER
                 wide["camera.amplitude"] *= sensor.camera.amplitude
+                wide |= dict.fromkeys(pairs_of_channels(len(sensor.polariscope.channels)), LEAK)
             if sensor.transducer.solved_in_a_plane and allowance.contacts:
                 wide |= {PLACEMENT: SCATTER * pitch, WIDTH: ALLOWED_WIDTH * pitch}
             for path, std in sensor.tolerances.items():

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
+from fringeforce.design.light import CROSSTALK
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE, WIDTH
 from fringeforce.models.departures import UNEVEN_LIGHT
 
@@ -210,6 +211,10 @@ _MANY: dict[str, Callable[[float, Model], str]] = {
         f"the {model.sensor.kind} seems to have a residual retardance of {by:.2g} rad {RMS} "
         "without load"
     ),
+    CROSSTALK: lambda by, _: (
+        f"each channel seems to see {_percent(by)} {RMS} of the light of each other one beyond "
+        "what is drawn: cross-talk"
+    ),
     PLACEMENT: lambda by, _: (
         f"the contacts seem {_length(by)} {RMS} beside their tactels, each by its own distance"
     ),
@@ -224,7 +229,7 @@ _NOT_TOLERANCES: dict[str, str] = {
 
 
 def _remedy(paths: list[str], model: Model, between: str = " or ") -> str:
-    stated: Collection[str] = model.sensor.tolerances
+    stated = {CROSSTALK if path.startswith(CROSSTALK) else path for path in model.sensor.tolerances}
     unique = list(dict.fromkeys(paths))
     found = [_NOT_TOLERANCES[path] for path in unique if path in _NOT_TOLERANCES]
     given = [path for path in unique if path not in _NOT_TOLERANCES and path not in stated]
@@ -238,4 +243,4 @@ def _remedy(paths: list[str], model: Model, between: str = " or ") -> str:
         "tactels.contact_width",
     }.isdisjoint(unique):
         found.append("take a skin in the place of tactels, which reads contacts anywhere,")
-    return f"{', '.join(found)} or calibrate"
+    return ", ".join(found) + " or calibrate" * (not model.sensor.calibration_refusal)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Mask
+from fringeforce.design.light import CROSSTALK, pairs_of_channels
 from fringeforce.design.tolerances import Tolerances, number_at
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.departures import (
@@ -23,6 +24,7 @@ from fringeforce.models.departures import (
     GAMMA,
     LAMP,
     LAYERS,
+    LEAK,
     RETARDANCE,
     VISIBILITY,
 )
@@ -37,7 +39,7 @@ from the extremes of a frame, and not where these are far from what is expected.
 
 @dataclass(frozen=True)
 class SkinDeparture:
-    """What departs; a number, unless it is a residual."""
+    """What departs; a number, unless it is a residual or cross-talk."""
 
     path: str
     relative: bool
@@ -45,7 +47,7 @@ class SkinDeparture:
     @property
     def one(self) -> bool:
         """Whether it is one number."""
-        return self.path != RESIDUAL
+        return self.path not in (RESIDUAL, CROSSTALK)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,15 +93,17 @@ class SkinDiagnosis:
         # what contacts cannot imitate first: an explanation helps to find the others
         stds = {"polariscope.visibility": (VISIBILITY, False), "camera.gamma": (GAMMA, False)}
         stds |= {"camera.blur": (BLUR * pixel, False), "camera.amplitude": (BRIGHTNESS, True)}
+        channels = len(sensor.polariscope.channels)
+        stds |= {CROSSTALK: (LEAK, False)} if channels > 1 else {}
         stds |= {RESIDUAL: (RETARDANCE, False), "camera.scale": (CAMERA_SCALE, False)}
         stds |= {path: (share, True) for path, share in LAYERS.items()}
         found = list[tuple[SkinDeparture, float, SkinReader]]()
         for path, (std, relative) in stds.items():
             drawn = number_at(sensor, path)
             wide = std * drawn[0] if relative and drawn is not None else std
-            made = sensor.model_copy(
-                update={"tolerances": Tolerances({**sensor.tolerances, path: wide})}
-            )
+            paths = pairs_of_channels(channels) if path == CROSSTALK else [path]
+            stated = {**sensor.tolerances, **dict.fromkeys(paths, wide)}
+            made = sensor.model_copy(update={"tolerances": Tolerances(stated)})
             reader = replace(self.reader, model=replace(model, sensor=made))
             found.append((SkinDeparture(path, relative), std, reader))
         return found
@@ -142,6 +146,8 @@ def _fit(departure: SkinDeparture, std: float, reader: SkinReader, one: Explanat
         "polariscope.visibility": at.visibility, "camera.blur": at.blur, "camera.gamma": at.gamma
     }):  # fmt: skip
         where = np.array([groups[path]])
+    elif path == CROSSTALK:
+        where = np.arange(at.crosstalk, at.size)
     else:
         names = [mode.name for mode in reader.uncertain.modes]
         where = np.array([at.modes + names.index(path)])
@@ -151,4 +157,7 @@ def _fit(departure: SkinDeparture, std: float, reader: SkinReader, one: Explanat
     if path == RESIDUAL:
         profile = e @ one.posterior.model.fields[where - at.fields]
         return SkinFit(departure, float(np.sqrt(np.mean(profile**2))), significance, one.evidence)
+    if path == CROSSTALK:
+        size = float(np.sqrt(np.mean(np.square(e)))) * std
+        return SkinFit(departure, size, significance, one.evidence)
     return SkinFit(departure, float(e[0]) * std, significance, one.evidence)
