@@ -117,10 +117,10 @@ class Reference(NamedTuple):
         they renew the inverse [rad].
     kernel : ndarray, shape (k,)
         One half of the point spread, from its middle; empty if there is none.
-    shares, turning : ndarray, shape (C, C)
-        Shares of every channel's light in the fringes of each and in their derivative; (0, 0)
-        without cross-talk.
-    leaks : ndarray, shape (k, C, C)
+    shares, turning : ndarray, shape (C, C + 1)
+        Shares of every channel's light in the fringes of each and in their derivative, and what is
+        added; shape (0, 1) without cross-talk.
+    leaks : ndarray, shape (k, C, C + 1)
         Change of the fringes with each unknown of cross-talk, as shares of the fringes as seen.
     fresh, lasting : ndarray of int, shapes (a,) and (b,)
         Unknowns that are new in every frame, loads first, and the others.
@@ -408,9 +408,9 @@ def _swinging(ratio, bias, spread, lead, sine, swing):
 def _mix(shares, values):
     """Mix what belongs to the channels, shape (C K,), by the shares of each."""
     own, size = values.copy(), len(values) // len(shares)
-    values[:] = np.float32(0)
     for c in range(len(shares)):
         out = values[c * size : (c + 1) * size]
+        out[:] = shares[c, len(shares)]
         for d in range(len(shares)):
             share, line = shares[c, d], own[d * size : (d + 1) * size]
             for p in range(size):
@@ -594,12 +594,12 @@ def _compare(model, pixels, reference, standing, whole):
             by_visibility -= 0.5 * model.visibility_std * vis
             for k in range(len(reference.leaks)):
                 leak, leaked = reference.leaks[k, c], np.float32(0)
-                for d in range(len(leak)):
-                    other, part = standing.seen[d * size : (d + 1) * size], np.float32(0)
-                    for p in range(size):
-                        strong = pull[p] * (bend[p] if bent else one) * inverse * relative[p]
-                        part += strong * other[p]
-                    leaked += leak[d] * part
+                for p in range(size):
+                    strong = pull[p] * (bend[p] if bent else one) * inverse * relative[p]
+                    change = leak[len(leak) - 1]
+                    for d in range(len(leak) - 1):
+                        change += leak[d] * standing.seen[d * size + p]
+                    leaked += strong * change
                 gradient[at.crosstalk + k] -= half * contrast * leaked
         if deviation > 0:
             count = len(pixels.place)

@@ -257,22 +257,20 @@ def power_of(model, unknowns):
 
 @sums
 def channel_shares(model, unknowns):
-    """Share of every channel's light in the fringes of each, shape (C, C), or (0, 0) if its own."""
+    """Cross-talk with what is unknown of it, as `FrameModel.crosstalk`."""
     shares = model.crosstalk.copy()
     for k in range(len(model.leaks)):
-        e, leak = unknowns[model.at.crosstalk + k], model.leaks[k]
-        for c in range(len(shares)):
-            for d in range(len(shares)):
-                shares[c, d] += e * leak[c, d]
+        shares += unknowns[model.at.crosstalk + k] * model.leaks[k]
     return shares
 
 
 @sums
 def mix(shares, lines, out):
-    """Lines of all channels in turn, mixed by the shares of one, into `out`."""
+    """Lines of all channels in turn, mixed by a row of shares, into `out`; one more is added."""
     pixels = len(out)
-    out[:] = 0.0
-    for d in range(len(shares)):
+    channels = len(lines) // pixels
+    out[:] = shares[channels] if len(shares) > channels else 0.0
+    for d in range(channels):
         share, line = shares[d], lines[d * pixels : (d + 1) * pixels]
         for p in range(pixels):
             out[p] += share * line[p]
@@ -393,7 +391,7 @@ def fill_slopes(model, unknowns, work, out):
     if len(shares) > 0:
         own = out.copy()
         for c in range(channels):
-            mix(shares[c], own, out[c * pixels : (c + 1) * pixels])
+            mix(shares[c, :channels], own, out[c * pixels : (c + 1) * pixels])
 
 
 @sums

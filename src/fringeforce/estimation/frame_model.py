@@ -85,11 +85,12 @@ class FrameModel(NamedTuple):
         Standard deviation of the point spread [pixels]; none where both are zero.
     gamma, gamma_std : float
         Power of the grey level as a share of the full scale, and its deviation.
-    crosstalk : ndarray, shape (C, C)
-        Share that the light of every channel has in the fringes of each, a row for each, which sums
-        to one; shape (0, 0) if every channel sees its own light alone and is known to.
-    leaks : ndarray, shape (k, C, C)
-        Change of these shares with each of their unknowns.
+    crosstalk : ndarray, shape (C, C + 1)
+        Share that the light of every channel has in the fringes of each, a row for each, and last
+        what is added to them; shape (0, 1) if every channel sees its own light alone and is known
+        to.
+    leaks : ndarray, shape (k, C, C + 1)
+        Change of these with each of their unknowns.
     srgb : bool
         Whether the response is that of sRGB before that power.
     variance : float

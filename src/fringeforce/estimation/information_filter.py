@@ -304,12 +304,14 @@ class InformationFilter:
 
     def _crosstalk(self, unknowns: Array) -> dict[str, Single]:
         """Shares of the light of channels in each other, of a `Reference`."""
-        model, ratio = self.model, self.model.dispersion
-        shares = shares_of_channels(model, unknowns)
-        turning, back = shares, shares
+        model, ratio = self.model, np.append(self.model.dispersion, 0.0)
+        shares, leaks = shares_of_channels(model, unknowns), model.leaks
+        turning = shares
         if len(shares):
-            turning, back = shares * ratio / ratio[:, None], np.linalg.inv(shares)
-        parts = {"shares": shares, "turning": turning, "leaks": model.leaks @ back}
+            turning = shares * ratio / ratio[:-1, None]
+            own = np.vstack([shares, np.append(np.zeros(len(shares)), 1.0)])
+            leaks = leaks @ np.linalg.inv(own)  # of the fringes as seen, and of one
+        parts = {"shares": shares, "turning": turning, "leaks": leaks}
         return {name: part.astype(np.float32) for name, part in parts.items()}
 
     def _second_order(self, about: Linearised, deviation: Array) -> Array:

@@ -340,7 +340,7 @@ class Posterior:
         amplitude = model.amplitude.reshape(seen.shape) * model.visibility / 2
         ratio = model.dispersion[:, None]
         bent = ratio**2 * np.cos(ratio * phase + model.bias[:, None])
-        bent = model.crosstalk @ bent if len(model.crosstalk) else bent
+        bent = model.crosstalk[:, :-1] @ bent if len(model.crosstalk) else bent
         for c, own in enumerate(np.square(amplitude) * seen / model.variance):
             lumped = np.bincount(first + 1, (1 - right) * own, len(phase))
             lumped += np.bincount(first + 2, right * own, len(phase))

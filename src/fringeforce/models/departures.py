@@ -30,6 +30,7 @@ from fringeforce.models.node_splines import coefficients
 from fringeforce.models.strip import SensorModel, characterize
 from fringeforce.models.strip_width import light_line
 from fringeforce.models.uncertainty import (
+    Crosstalk,
     Uncertainty,
     mixed,
     random_field,
@@ -269,15 +270,12 @@ class Departures:
 
     def _leaky(self, frame: FrameModel) -> Widened:
         """Every channel with a share of its own of the light of each other one."""
-        channels, at = len(frame.bias), frame.at
-        shares = frame.crosstalk if len(frame.crosstalk) else np.eye(channels)
-        pairs = list(pairs_of_channels(channels).values())
-        leaks = np.zeros((len(pairs), channels, channels))
-        for leak, (c, d) in zip(leaks, pairs, strict=True):
-            leak[c, d], leak[c, c] = LEAK, -LEAK
+        pairs, at = pairs_of_channels(len(frame.bias)), frame.at
+        found = Crosstalk.of(self.model.sensor.polariscope, dict.fromkeys(pairs, LEAK))
+        stated = frame.leaks if len(frame.leaks) else found.leaks[:0]
         wider = frame._replace(
-            crosstalk=shares,
-            leaks=np.concatenate([frame.leaks.reshape(-1, channels, channels), leaks]),
+            crosstalk=found.shares,
+            leaks=np.concatenate([stated, found.leaks]),
             at=_grown(at, "crosstalk", len(pairs)),
         )
         return Widened(wider, np.arange(at.size, wider.at.size), LEAK * np.eye(len(pairs)))

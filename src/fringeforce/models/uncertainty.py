@@ -235,7 +235,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     per_metre = pixels / sensor.transducer.length
     blur, blur_std = (camera.blur or 0.0) * per_metre, std.get("camera.blur", 0.0) * per_metre
     gamma_std = std.get("camera.gamma", 0.0)
-    crosstalk = Crosstalk.of(light, std, [fringe.amplitude for fringe in fringes])
+    crosstalk = Crosstalk.of(light, std)
     counts = (
         2 * sensor.tactels.count,
         sensor.tactels.count if PLACEMENT in std else 0,
@@ -296,13 +296,14 @@ def uncertainty(model: SensorModel) -> Uncertainty:
 
 
 class Crosstalk(NamedTuple):
-    """Shares of the light of channels in the fringes of each, as of `FrameModel`.
+    """Cross-talk between channels, as of `FrameModel`.
 
     Attributes
     ----------
-    shares : ndarray, shape (C, C)
-        A row for each channel, which sums to one; shape (0, 0) without cross-talk.
-    leaks : ndarray, shape (k, C, C)
+    shares : ndarray, shape (C, C + 1)
+        Of the light of every channel in the fringes of each, and what is added to them; shape
+        (0, 1) without cross-talk.
+    leaks : ndarray, shape (k, C, C + 1)
         What a standard deviation of each uncertain share changes.
     """
 
@@ -310,8 +311,11 @@ class Crosstalk(NamedTuple):
     leaks: Array
 
     @classmethod
-    def of(cls, light: Polariscope, std: Mapping[str, float], amplitudes: list[float]) -> Crosstalk:
+    def of(cls, light: Polariscope, std: Mapping[str, float]) -> Crosstalk:
         """Of a polariscope and the tolerances of its design.
+
+        Plates that are no quarter wave for all channels make the fringes of some weaker and leave
+        light without fringes, so that a share of the light is not one of the fringes.
 
         Parameters
         ----------
@@ -319,22 +323,25 @@ class Crosstalk(NamedTuple):
             With its channels.
         std : mapping
             Standard deviations by dotted path.
-        amplitudes : list of float
-            Of the fringes of every channel's own light: weaker light has less of a share.
         """
-        count, found = len(light.pictures), list[Array]()
-        for path, (c, d) in pairs_of_channels(count).items():
-            if own := std.get(path, 0.0):
-                leak = np.zeros((count, count))
-                leak[c, d], leak[c, c] = own, -own
-                found.append(leak)
+        seen = pictures(light.model_copy(update={"visibility": 1.0}))
+        count, pairs = len(seen), pairs_of_channels(len(seen))
+        uncertain = {path: pair for path, pair in pairs.items() if std.get(path)}
         shares = light.channel_shares
-        if found and not len(shares):
-            shares = np.eye(count)
-        weight = np.array(amplitudes)
-        whole = shares @ weight[: len(shares)]
-        leaks = np.array(found).reshape(len(found), *shares.shape)
-        return cls(*(part * weight[: len(shares)] / whole[:, None] for part in (shares, leaks)))
+        if not (len(shares) or uncertain):
+            return cls(np.empty((0, 1)), np.empty((0, 0, 1)))
+        shares = shares if len(shares) else np.eye(count)
+        changes = np.zeros((len(uncertain), count, count))
+        for change, (path, (c, d)) in zip(changes, uncertain.items(), strict=True):
+            change[c, d], change[c, c] = std[path], -std[path]
+        strength = np.array([one.fringe.amplitude for one in seen])
+        mean = strength + 2 * np.array([one.fringe.offset for one in seen])
+        whole = (shares @ strength)[:, None]
+        added = -(changes @ mean)[..., None] / (whole * light.visibility)
+        return cls(
+            np.pad(shares * strength / whole, ((0, 0), (0, 1))),
+            np.concatenate([changes * strength / whole, added], axis=2),
+        )
 
 
 def _powers(modes: list[tuple[Array, ...]], psi: Array) -> Array:

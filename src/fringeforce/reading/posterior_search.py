@@ -180,7 +180,7 @@ class PosteriorSearch:
                 line[~own] = np.interp(along[~own], along[own], line[own])
         variance = model.variance / np.square(model.amplitude).reshape(channels, -1).mean(axis=1)
         if len(model.crosstalk):  # every channel's own light, where all of them are seen
-            own = np.linalg.inv(model.crosstalk)
+            own = np.linalg.inv(model.crosstalk[:, :-1])
             lines, variance = own @ lines, np.square(own) @ variance
             seen, told = (np.broadcast_to(part.all(axis=0), part.shape) for part in (seen, told))
         pace = np.array([phase_pace(*line) for line in zip(lines, variance, strict=True)])
