@@ -67,6 +67,8 @@ def _kind(info: FieldInfo) -> str:
         text = f"{QUANTITIES[unit]}, such as `{EXAMPLES[unit]}`"
         return f"list, each a {text}" if "tuple" in str(info.annotation) else text
     annotation = _without_none(info.annotation)
+    if get_origin(annotation) is tuple:  # of the shares of pairs
+        return "share, or a list of them for each channel"
     if get_origin(annotation) is Literal:
         return " or ".join(f'`"{choice}"`' for choice in get_args(annotation))
     return KINDS.get(annotation, f"`{annotation}`")

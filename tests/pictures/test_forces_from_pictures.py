@@ -74,13 +74,19 @@ KINDS: dict[Callable[[Levels, Path], None], dict[str, Any]] = {
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("crosstalk", "stated"),
+    [([], []), ([[0, 0.06, 0], [0.02, 0, 0.09], [0, 0.05, 0]], "5 +/- 5 %")],
+    ids=["narrow colours", "wide colours"],
+)
 def test_a_bayer_mosaic_tells_three_lights_apart(
-    tilted: Scene, loads: Levels, sensor: ff.Sensor, tmp_path: Path
+    crosstalk: list, stated: Any, tilted: Scene, loads: Levels, sensor: ff.Sensor, tmp_path: Path
 ) -> None:
     lit = [{"wavelength": f"{name} LED"} for name in ("red", "green", "blue")]
-    drawn = sensor.replace(**{"polariscope.channels": lit})
+    drawn = sensor.replace(**{"polariscope.channels": lit, "polariscope.crosstalk": stated})
     camera = {"pixels": 4000, "bits": 16, "amplitude": 52000, "offset": 3000, "noise": 0}
-    fine = drawn.replace(**{f"camera.{key}": value for key, value in camera.items()})
+    fine = sensor.replace(**{f"camera.{key}": value for key, value in camera.items()})
+    fine = fine.replace(**{"polariscope.channels": lit, "polariscope.crosstalk": crosstalk})
     light = ff.characterize(fine).expose(loads, rng=0) / (2**16 - 1)
     raw = []
     for colours in light:

@@ -65,6 +65,21 @@ def test_pictures_become_forces(folder: Path, sensor: ff.Sensor, loads: NDArray)
     assert np.abs(rows["normal_N"].reshape(4, 11) - loads[..., 0]).max() < 0.1
 
 
+def test_colours_ask_for_their_cross_talk(folder: Path, sensor: ff.Sensor) -> None:
+    lights = [{"wavelength": f"{name} LED"} for name in ("red", "green", "blue")]
+    Path("plain.toml").write_text(sensor.replace(**{"polariscope.channels": lights}).to_toml())
+    with Image.open("shots/1.png") as one:
+        one.convert("RGB").save("colour.png")
+    corners = "40.3,30.2 556.1,66.9 554.2,107.4 36.8,72.6"
+    wanted = "colour.png", "--corners", corners, "--design", "mine.toml"
+    assert 'crosstalk = "5 +/- 5 %"' in run("extract", "plain.toml", *wanted)
+    stated = 'crosstalk = "5 +/- 5 %"\n\n[camera]'
+    Path("mine.toml").write_text(Path("plain.toml").read_text().replace("[camera]", stated))
+    assert "crosstalk" not in run("extract", "mine.toml", *wanted)
+    assert ff.load_sensor("mine.toml").tolerances["polariscope.crosstalk.2.1"] == 0.05
+    assert "crosstalk" not in run("extract", "saad", *wanted)
+
+
 def test_corners_are_taken_as_stated_and_kept(folder: Path) -> None:
     corners = "40.3,30.2 556.1,66.9 554.2,107.4 36.8,72.6"
     run("extract", "saad", "shots", "--corners", corners, "--region", "own.toml", "--camera")

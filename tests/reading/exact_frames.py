@@ -32,6 +32,7 @@ class Bench:
     visibility: float = 1.0
     blur: float = 0.0
     gamma: float = 1.0
+    shares: Array | None = None  # of the light of each channel in each; of one channel if none
 
     def influence(self) -> Array:
         """Phase lead per force, shape (n_pixels, n, 2) [rad/N]."""
@@ -45,10 +46,16 @@ class Bench:
         return 4 * np.pi * compliance * clear.strain_optic_coefficient / light * stress
 
     def frames(self, forces: Array, rng: np.random.Generator) -> NDArray[np.uint8]:
-        """Frames of forces (k, n, 2), shape (k, n_pixels)."""
+        """Frames of forces (k, n, 2), shape (k, n_pixels) or (k, n_channels, n_pixels)."""
         camera = self.sensor.camera
         phase = np.einsum("mct,kct->km", self.influence(), forces) + self.residual
+        if self.shares is not None:
+            drawn = self.sensor.polariscope
+            waves = [channel.wavelength or drawn.wavelength for channel in drawn.channels]
+            phase = phase[:, None] * (drawn.wavelength / np.array(waves))[:, None]
         light = (1 - self.visibility * np.cos(phase)) / 2
+        if self.shares is not None:
+            light = np.einsum("cd,kdm->kcm", self.shares, light)
         if self.blur:
             light = gaussian_filter1d(light, self.blur, axis=-1, mode="nearest")
         level = camera.offset + camera.amplitude * self.gain * light

@@ -124,6 +124,15 @@ def extract(
             with whole_file(own) as unfinished:
                 unfinished.write_text(sensor.to_toml(), encoding="utf-8")
             print(f"{own}: the design with the camera of these pictures")
+        if (
+            {"R", "G", "B"} >= set(channels)
+            and len(channels) > 1
+            and not sensor.polariscope.crosstalk
+        ):
+            print(
+                "Colours of a camera see some light of each other: state it in [polariscope], as "
+                'in crosstalk = "5 +/- 5 %".'
+            )
     if preview is not None:
         channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
         pixels = min(sensor.camera.pixels, found.resolution)

@@ -9,7 +9,6 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from fringeforce.base.arrays import Array
-
 from fringeforce.design.fields import (
     Angle,
     Count,
@@ -29,6 +28,7 @@ CROSSTALK = "polariscope.crosstalk"
 """Path of the shares of light that channels have in each other; each has its numbers behind it."""
 MOST_CROSSTALK = 0.5
 """Share of a channel that others stay below: the rest tells whose it is, and the channels apart."""
+
 
 def pairs_of_channels(count: int) -> dict[str, tuple[int, int]]:
     """Every pair of so many channels, whose first sees light of the second, by its path."""

@@ -325,7 +325,8 @@ class Sensor(Design):
             return ""
         return (
             "Known loads are compared in one dark field with perfect plates; give a design without "
-            "polariscope.channels and polariscope.plates, and frames of that channel alone."
+            "polariscope.channels and polariscope.plates, and frames of that channel under its own "
+            "light alone."
         )
 
     @cached_property

@@ -7,9 +7,9 @@ The grey levels of a strip are
 
 with the amplitude A, offset B, visibility V and point spread K of the camera, the shares M that the
 light of the channels d has in the grey levels of one, and the phase lead p of the loads f and of
-the residual retardance rho; H is what large strain adds.  What is uncertain
-are standardised unknowns e ~ N(0, 1) beside the loads: place and width of each contact, smooth
-fields of phase, modes of light and influence matrix, visibility, blur, gamma and cross-talk.  What acts through
+the residual retardance rho; H is what large strain adds.  What is uncertain are standardised
+unknowns e ~ N(0, 1) beside the loads: place and width of each contact, smooth fields of phase,
+modes of light and influence matrix, visibility, blur, gamma and cross-talk.  What acts through
 profiles that are smooth along the strip is kept on nodes, and only the fringes are taken at every
 pixel.
 

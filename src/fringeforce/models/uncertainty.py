@@ -540,10 +540,11 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
     sensor, modes = model.sensor, []
     half = sensor.transducer.length / 2
     taken = {PLACEMENT, WIDTH, RESIDUAL, "polariscope.visibility", "camera.blur", "camera.gamma"}
+    elsewhere = (*RELAXING, *THERMAL, CROSSTALK)
     plain = sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
     for path, std in sensor.tolerances.items():
         found = number_at(sensor, path)
-        if path in taken or found is None or path.startswith((*RELAXING, CROSSTALK)) or path in THERMAL:
+        if path in taken or found is None or path.startswith(elsewhere):
             continue
         value = found[0]
         if path == "camera.amplitude":
