@@ -5,8 +5,8 @@
 Frames come from the exact Fourier series of the paper's strip with roller edges, with up to 2 N at
 up to 30 degrees on every tactel, under a red, a green and a blue light at once.  The shares of the
 light of other channels in one are those of the first column, each pair of channels its own, anew in
-every frame; the design of the reader states the second.  named: of frames that are refused, how many
-have a finding of cross-talk.  inside: forces inside their 95 % intervals.  distance: mean squared
+every frame; the design of the reader states the second.  named: of refused frames, how many have a
+finding of cross-talk.  inside: forces inside their 95 % intervals.  distance: mean squared
 Mahalanobis distance over its dimension.  The last two columns are root mean square errors [N].
 """
 
