@@ -65,7 +65,9 @@ class Row:
         return "  ".join(cells)
 
 
-def frame(exact: ExactStrip, forces: Array, share: Array, rng: np.random.Generator) -> Array:
+def frame(
+    exact: ExactStrip, forces: Array, share: Array, rng: np.random.Generator
+) -> NDArray[np.uint8]:
     """Grey levels under three lights of which channels share some, shape (3, n_pixels)."""
     sensor = exact.sensor
     camera, places = sensor.camera, sensor.tactels.positions
@@ -104,7 +106,8 @@ def main() -> None:
                 own.named += "cross-talk" in " ".join(reading.findings)
             if reading.ok:
                 off = (reading.forces - forces).ravel()
-                own.squares.append(off @ np.linalg.solve(reading.covariance, off) / len(off))
+                square = float(off @ np.linalg.solve(reading.covariance, off))
+                own.squares.append(square / len(off))
                 own.inside.append(float((np.abs(off) < 1.96 * reading.std.ravel()).mean()))
                 own.errors.append(off.reshape(forces.shape))
         true = f"{mean * 100:g} +- {std * 100:g} %" if std else f"{mean * 100:g} %"
