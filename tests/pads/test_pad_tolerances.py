@@ -152,15 +152,16 @@ def fine_frame(model: PadModel, centre: Array, rng: np.random.Generator) -> tupl
     return frame, small.reshape(5, 3, 4, 3, 3).sum(axis=(1, 3)).reshape(-1, 3)
 
 
-def test_pressures_finer_than_tactels_need_a_tolerance(roller: PadModel) -> None:
+def test_pressures_finer_than_tactels_are_for_a_skin(roller: PadModel) -> None:
+    """Tactels that lend their neighbours force explain them as well, so that no reading is sure."""
     frame, forces = fine_frame(roller, np.array([0.4e-3, -0.3e-3]), np.random.default_rng(1))
     refused = ff.Reader(roller).search(frame)
     assert refused.status is Status.MODEL_MISMATCH
     loose = {"tactels.placement": "0 +/- 0.3 mm", "tactels.size": "2 +/- 0.4 mm"}
     reading = ff.Reader(loosened(roller, **loose)).search(frame)
-    assert reading.status is Status.OK
-    apart = np.abs(reading.forces - forces) / reading.std
-    assert apart.max() < 5
+    assert reading.status is Status.AMBIGUOUS
+    assert "a skin reads" in reading.advice
+    assert reading.forces.sum() == pytest.approx(forces.sum(), rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 import fringeforce as ff
+from fringeforce.contacts.press import Outline, Profile
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches, Shape
 from fringeforce.models import splines
@@ -14,7 +15,6 @@ from fringeforce.models.pad_slices import block_of, profile_waves, slice_retarda
 from fringeforce.models.pad_traction_influence import TractionInfluence
 from fringeforce.models.pad_traction_modes import (
     DIGITS,
-    HIGHEST,
     MOST_FUNCTIONS,
     TractionMode,
     traction_modes,
@@ -140,12 +140,74 @@ def test_readings_allow_for_rectangles_beside_their_tactels(beside: PadModel) ->
     assert np.mean(np.square(off)) < stats.chi2(6 * count).isf(RARE) / (6 * count)
 
 
-def test_tolerances_that_are_too_wide_leave_tractions_on_their_squares(beside: PadModel) -> None:
+@pytest.mark.parametrize(
+    ("profile", "outline"),
+    [
+        ("flat", "ellipse"),
+        ("hertz", "ellipse"),
+        ("punch", "ellipse"),
+        ("edge", "ellipse"),
+        ("hertz", "rectangle"),
+        ("punch", "rectangle"),
+        ("edge", "rectangle"),
+    ],
+)
+def test_contacts_as_wide_as_their_tactel_are_read_whatever_presses(
+    beside: PadModel, profile: Profile, outline: Outline
+) -> None:
+    pad, rng = beside.sensor, np.random.default_rng(5)
+    tactel, force = 6, np.array([1.0, 0.3, -0.2])
+    x, y = pad.tactels.places[tactel] + [0.04e-3, -0.03e-3]
+    press = ff.Press(
+        x=x,
+        y=y,
+        normal=force[0],
+        tangential=(force[1], force[2]),
+        width=1.9e-3,
+        profile=profile,
+        outline=outline,
+    )
+    reading = ff.Reader(beside).search(beside.expose([press], rng))
+    assert reading.status is Status.OK
+    apart = (reading.forces - force * (np.arange(len(reading.forces)) == tactel)[:, None]).ravel()
+    distance = apart @ np.linalg.solve(reading.covariance, apart)
+    assert distance < stats.chi2(apart.size).isf(RARE)
+
+
+@pytest.mark.parametrize("along", [1e-3, 0.6e-3])
+def test_a_contact_beyond_its_tolerance_is_never_sure_and_a_skin_is_named(
+    beside: PadModel, along: float
+) -> None:
+    """All pixels together do not show it, and forces would be wrong by tenths of a newton."""
+    x, y = beside.sensor.tactels.places[6] + [0, along]
+    press = ff.Press(x=x, y=y, normal=1.2, width=1.8e-3, profile="flat")
+    frame = beside.expose([press], rng=1)
+    reading = ff.Reader(beside).search(frame)
+    assert reading.status in {Status.MODEL_MISMATCH, Status.AMBIGUOUS}
+    assert "skin" in reading.advice
+    assert ff.Reader(beside.as_skin()).search(frame).status is Status.OK
+
+
+def test_wide_tolerances_take_the_functions_that_show_most(beside: PadModel) -> None:
     wide = {"tactels.placement": "0 +/- 0.3 mm", "tactels.size": "2 +/- 0.4 mm"}
     profile = beside.influence.profile
     found = traction_modes(beside.sensor.replace(**wide), profile)
-    assert len(found) == sum(order + 1 for order in range(1, HIGHEST + 1))
-    assert len(found) < len(traction_modes(beside.sensor, profile)) <= MOST_FUNCTIONS
+    assert len(found) == MOST_FUNCTIONS
+    assert len(traction_modes(beside.sensor, profile)) < MOST_FUNCTIONS
+    squares = [one.square for one in found]
+    assert squares == sorted(squares, reverse=True)
+
+
+def test_a_size_that_is_nearly_certain_leaves_tractions_uniform(beside: PadModel) -> None:
+    """Other pressures are as rare as the square of the tolerance, and stop to show."""
+    profile = beside.influence.profile
+    counts = [
+        len(traction_modes(beside.sensor.replace(**{"tactels.size": f"2 +/- {std} mm"}), profile))
+        for std in (0.2, 0.05, 0.001)
+    ]
+    placed = beside.sensor.replace(tolerances={"tactels.size": 0.0})
+    assert counts[0] > counts[1] > counts[2] >= len(traction_modes(placed, profile))
+    assert counts[2] <= len(traction_modes(placed, profile)) + 2
 
 
 def test_functions_of_tactels_that_are_hardly_touched_do_not_show(beside: PadModel) -> None:

@@ -64,6 +64,10 @@ class Curvature:
         """Whether the matrix holds each of some unknowns."""
         return np.ones(len(unknowns), bool) if self.held is None else self.held[unknowns]
 
+    def kept(self, values: Array) -> Array:
+        """Of values of all unknowns, shape (q, ...), those of the ones that it holds."""
+        return values if self.held is None else values[self.held]
+
     def behind(self, count: int) -> Curvature:
         """That of the unknowns behind the first ones, all of which it holds."""
         held = None if self.held is None else self.held[count:]

@@ -85,6 +85,14 @@ class Score(NamedTuple):
         """
         return self._square(max(1.0, LEAST_SHARE * float(self.alone.max())))
 
+    def each(self) -> tuple[float, int]:
+        """The same of changes each of which may be hidden but for `LEAST_SHARE` of it."""
+        shown = np.flatnonzero(self.alone > 1)
+        unit = np.sqrt(self.alone[shown])
+        information = self.information[np.ix_(shown, shown)] / np.outer(unit, unit)
+        scaled = self._replace(pull=self.pull[shown] / unit, information=information)
+        return scaled._square(LEAST_SHARE)
+
     def _square(self, least: float) -> tuple[float, int]:
         if len(self.pull) == 1:
             known = float(self.information[0, 0])

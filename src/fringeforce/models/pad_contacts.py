@@ -289,9 +289,11 @@ def _spread(alpha: Array, beta: Array, contact: Contact) -> tuple[Array, Array, 
     order = contact.exponent + 1
     # the derivative of t^-n J_n is -t^-n J_n+1 (NIST Handbook, 10.6.6)
     by_width = -gamma(order + 1) * (2 / t) ** order * jv(order + 1, t) * t / contact.width
-    low, whole, high = (_disc(order + way * EXPONENT_STEP, t) for way in (-1, 0, 1))
+    low, whole, high = (bessel(order + way * EXPONENT_STEP, t) for way in (-1, 0, 1))
     return whole, by_width, (high - low) / (2 * EXPONENT_STEP)
 
 
-def _disc(order: float, t: Array) -> Array:
+def bessel(order: float, t: Array) -> Array:
+    """Bessel's function, scaled to one where its argument is zero."""
+    t = np.maximum(t, SMALL_ARGUMENT)
     return np.asarray(gamma(order + 1) * (2 / t) ** order * jv(order, t))

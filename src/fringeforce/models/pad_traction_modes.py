@@ -1,16 +1,12 @@
-"""How tractions that are moved, wider, narrower or uneven differ in light from those as drawn.
+"""How tractions that are moved, wider, narrower or of another pressure differ from those as drawn.
 
-A traction is that of a rectangle, whose centre is normal about its tactel with the tolerance
-`tactels.placement`, and whose two sides are about the square's with that of `tactels.size`.
-Besides it is uneven, by
+The outline of a traction is a rectangle or an ellipse, whose centre is normal about its tactel with
+the tolerance `tactels.placement`, and whose two axes are about the square's side with that of
+`tactels.size`.  Its pressure is one of those of `Press`, each as likely: uniform, Hertz's, that of
+a flat punch or of an edge.  Where the tolerance of the size is small, other shapes than a rectangle
+under a uniform pressure are rare: Hertz's pressure is like one on a narrower square.
 
-    c_1 xi + c_2 eta + c_3 P_2(xi) + c_4 P_2(eta) + c_5 xi eta + ...
-
-with xi, eta from -1 to 1 over the square, Legendre's P_2, and all products of the third and the
-fourth order.  c_1 and c_2 move its centre by side / 6 each, as far as the placement says, c_3 and
-c_4 widen it by side / 5, as far as the size says; those of higher orders are as large as c_3.
-
-Where a rectangle ends it is not smooth, so that no few polynomials over the square are like it;
+Where a traction ends it is not smooth, so that no few polynomials over the square are like it;
 but the cover carries long waves only, so that few functions of place are like all that light shows
 of it.  They are those of Karhunen and Loeve: with S the spectrum of a traction less that of the
 square, and g^2 the light of harmonics, the eigenvectors of the mean of (g S) (g S)^T.  Means over
@@ -21,30 +17,29 @@ Mirrored tractions are as likely, so that each function is even or odd along eit
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import spherical_jn
 
 from fringeforce.base.arrays import Array
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Shape
 from fringeforce.models.as_built import PLACEMENT, SIZE
 from fringeforce.models.imaging import camera_response
+from fringeforce.models.pad_contacts import SMALL_ARGUMENT, bessel
 from fringeforce.models.pad_slices import block_of, profile_waves
 
-HIGHEST = 4
-"""Order of the polynomials of an uneven traction."""
-CENTRE_SHARE, WIDTH_SHARE = 1 / 6, 1 / 5
-"""By what share of the side of a square the first and the second polynomials move its centre and
-widen it."""
-TURNED = float(np.sqrt(0.72))
-"""Standard deviation of that of xi eta over that of the second ones, so that the matrix of
-second moments is as likely in any axes (2 / 15 by sqrt 2, over 1 / 9)."""
+WIDTH_SHARE = 1 / 10
+"""Tolerance of the size, over the side of a square, from which all shapes are as likely: Hertz's
+pressure and a punch's are as wide as uniform ones on squares that are a fifth narrower or wider,
+two deviations."""
 PLACES, SIDES = 7, 3
 """Points of the rules for places and for sides along an axis: with more, no function that shows is
 another one."""
+WHOLE = 4
+"""Sides of a square along a pad whose harmonics say all of the light of one tactel."""
 DIGITS = 4.0
 """Harmonics of what differs count up to where the cover has damped them by ten to this power: less
 than a hundredth of a grey level of 8 bits."""
@@ -54,11 +49,15 @@ UNSEEN = 1.0
 """Chi-square number of a frame, expected of functions under the force of a tactel, that is left
 out: that of noise in one number."""
 MOST_FUNCTIONS = 64
-"""Functions of a tactel at most: what is known of those of 11 x 11 tactels takes half a gigabyte.
-Wider tolerances would need more, and allow for uneven tractions on the squares only."""
+"""Functions of a tactel at most, the strongest: what is known of those of 11 x 11 tactels takes
+half a gigabyte."""
 
-Function = tuple[float, tuple[int, int], Array]
-"""Chi-square number that is expected of it, mirror signs and spectrum."""
+Signs = tuple[int, int]
+"""1 where a function is odd along x and along y."""
+EVEN: Signs = (0, 0)
+"""Signs of what is even along both axes."""
+Function = tuple[float, Signs, Array]
+"""Chi-square number that is expected of it and of all weaker ones, mirror signs and spectrum."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,37 +90,68 @@ def traction_modes(pad: Pad, profile: Array) -> list[TractionMode]:
     place, size = (pad.tolerances.get(path, 0.0) for path in (PLACEMENT, SIZE))
     if not place and not size:
         return []
-    side = pad.tactels.side
     alpha, beta, light = _light(pad, profile)
-    uneven = list(_uneven((alpha, beta), side, place, size))
-    along, across = (_drawn(wave, side, place, size) for wave in (alpha, beta))
-    square = np.outer(*(np.sinc(wave * side / (2 * np.pi)) for wave in (alpha, beta)))
-    found: list[Function] = []
-    for odd in np.ndindex(2, 2):
-        moved = np.einsum("im,jn->ijmn", along[odd[0]], across[odd[1]]).reshape(-1, *square.shape)
-        if odd == (0, 0):
-            shares = np.outer(along[2], across[2]).ravel()
-            moved -= shares[:, None, None] * square
-        spectra = np.array([*moved, *(one for own, one in uneven if own == odd)])
-        seen = (np.sqrt(light) * spectra).reshape(len(spectra), square.size)
-        values, vectors = np.linalg.eigh(seen @ seen.T)
-        for value, vector in zip(values, vectors.T, strict=True):
-            found.append((float(value), odd, np.tensordot(vector, spectra, 1)))
-    shown = _shown(found)
-    if len(shown) <= MOST_FUNCTIONS:
-        return shown
-    return _shown([(float((light * one**2).sum()), odd, one) for odd, one in uneven])
+    shapes = _shapes(alpha, beta, pad.tactels.side, size)
+    square = np.outer(*(bessel(0.5, wave * pad.tactels.side / 2) for wave in (alpha, beta)))
+    mean = sum(share * spectrum for share, odd, spectrum in shapes if odd == EVEN)
+    spread: dict[Signs, list[Array]] = {}
+    for share, odd, spectrum in shapes:
+        spread.setdefault(odd, []).append(np.sqrt(share) * (spectrum - mean * (odd == EVEN)))
+    few = _even_waves(pad)
+    # places hide no less of what is left out
+    kept = _strongest(spread, (light, few), UNSEEN / 10)
+    moved: dict[Signs, list[Array]] = {signs: [] for signs in np.ndindex(2, 2)}
+    for turned, factor in _places(alpha, beta, place):
+        # the cosine of no wave number is the root of the share
+        moved[turned].append(factor * mean - factor[0, 0] * square)
+        for _, odd, spectrum in kept:
+            signs = (odd[0] + turned[0]) % 2, (odd[1] + turned[1]) % 2
+            moved[signs].append(factor * spectrum)
+    found = _strongest(moved, (light, few), UNSEEN, MOST_FUNCTIONS)
+    return [TractionMode(Shape(odd, spectrum), square) for square, odd, spectrum in found]
 
 
-def _shown(found: list[Function]) -> list[TractionMode]:
-    """The strongest functions, but for those that together do not show."""
-    found = sorted(found, key=lambda one: -one[0])
-    left = np.cumsum([one[0] for one in found][::-1])[::-1]
+def _strongest(
+    spectra: Mapping[Signs, Sequence[Array]],
+    seen: tuple[Array, tuple[slice, slice]],
+    least: float,
+    most: int | None = None,
+) -> list[Function]:
+    """Karhunen and Loeve's functions, the strongest first, but for those that leave little light.
+
+    Parameters
+    ----------
+    spectra : mapping
+        Of functions by their mirror signs, shape (m, n) each, whose squares add up to the mean.
+    seen : (ndarray, (slice, slice))
+        Chi-square number of harmonics, shape (m, n), and those of them that stand for all.
+    least : float
+        Chi-square number of all that is left out together.
+    most : int, optional
+        Functions at most; any number if not given.
+    """
+    light, few = seen
+    root, values, signs, vectors = np.sqrt(light[few]), [], [], []
+    whole = {odd: np.array(own) for odd, own in spectra.items() if own}
+    for odd, own in whole.items():
+        rows = (root * own[:, few[0], few[1]]).reshape(len(own), -1)
+        squares, combined = np.linalg.eigh(rows @ rows.T)
+        values += (light.size / root.size * np.maximum(squares, 0)).tolist()
+        signs += [odd] * len(rows)
+        vectors += list(combined.T)
+    order = np.argsort(values)[::-1]
+    left = np.cumsum(np.array(values)[order][::-1])[::-1]
     return [
-        TractionMode(Shape(odd, spectrum), float(square))
-        for square, (_, odd, spectrum) in zip(left, found, strict=True)
-        if square > UNSEEN
+        (float(square), signs[k], np.tensordot(vectors[k], whole[signs[k]], 1))
+        for square, k in zip(left[left > least][:most], order, strict=False)
     ]
+
+
+def _even_waves(pad: Pad) -> tuple[slice, slice]:
+    """Every so many harmonics: those of a pad of `WHOLE` tactels, which is as good for one."""
+    sides = pad.transducer.length, pad.transducer.width
+    x, y = (slice(None, None, max(int(side / (WHOLE * pad.tactels.side)), 1)) for side in sides)
+    return x, y
 
 
 def _light(pad: Pad, profile: Array) -> tuple[Array, Array, Array]:
@@ -142,36 +172,81 @@ def _light(pad: Pad, profile: Array) -> tuple[Array, Array, Array]:
     return alpha, beta, light * (pixels * np.mean(response.amplitude**2 / response.variance) / 8)
 
 
-def _drawn(wave: Array, side: float, place: float, size: float) -> tuple[Array, Array, Array]:
-    """Means with cosines (k, m) and with sines of tractions along an axis, times their shares (k,).
+def _places(alpha: Array, beta: Array, place: float) -> Iterator[tuple[Signs, Array]]:
+    """Cosines and sines (m, n) of places, times the roots of their shares, by their mirror signs.
 
-    Shares are roots of the weights of the rules; of places those on one side stand for both.
+    Places on one side stand for both.
     """
     at, shares = np.polynomial.hermite_e.hermegauss(PLACES if place else 1)
     here = at > -1e-9
     weights = np.where(at > 1e-9, 2.0, 1.0)[here] * shares[here] / shares.sum()
-    at = place * at[here]
-    widths, parts = np.polynomial.hermite_e.hermegauss(SIDES if size else 1)
-    root = np.sqrt(np.outer(weights, parts / parts.sum()))
-    means = root[..., None] * np.sinc(np.outer(side + size * widths, wave) / (2 * np.pi))
-    angles = np.outer(at, wave)[:, None]
-    even, odd = (turn(angles) * means for turn in (np.cos, np.sin))
-    return even.reshape(-1, len(wave)), odd[at > 0].reshape(-1, len(wave)), root.ravel()
+    axes = [
+        [
+            (odd, np.sqrt(weight) * turn(wave * place * one))
+            for one, weight in zip(at[here], weights, strict=True)
+            for odd, turn in enumerate((np.cos, np.sin)[: 1 + (one > 1e-9)])
+        ]
+        for wave in (alpha, beta)
+    ]
+    for (first, x), (second, y) in itertools.product(*axes):
+        yield (first, second), np.outer(x, y)
 
 
-def _uneven(
-    waves: tuple[Array, Array], side: float, place: float, size: float
-) -> Iterator[tuple[tuple[int, int], Array]]:
-    """Mirror signs and spectra (m, n) of the polynomials, per standard deviation."""
-    moving, widening = place / (CENTRE_SHARE * side), size / (WIDTH_SHARE * side)
-    for order in range(1, HIGHEST + 1):
-        for k in range(order + 1):
-            orders, std = (order - k, k), moving if order == 1 else widening
-            if not std:
-                continue
-            # the mean of P_n(t) exp(i k t) is i^n j_n(k) (NIST Handbook, 10.54.2)
-            spectrum = np.outer(
-                *(spherical_jn(n, wave * side / 2) for n, wave in zip(orders, waves, strict=True))
-            )
-            share = TURNED * std if orders == (1, 1) else std
-            yield (orders[0] % 2, orders[1] % 2), share * spectrum
+def _shapes(
+    alpha: Array, beta: Array, side: float, size: float
+) -> list[tuple[float, Signs, Array]]:
+    """Shares, mirror signs and spectra (m, n) of tractions of all shapes about their centres.
+
+    Shares of those that are even along both axes add up to one.
+    """
+    at, weights = np.polynomial.hermite_e.hermegauss(SIDES if size else 1)
+    widths, weights = np.abs(side + size * at), weights / weights.sum()
+    other = min((size / (WIDTH_SHARE * side)) ** 2, 1.0)
+    found = []
+    for (a, first), (b, second) in itertools.product(zip(widths, weights, strict=True), repeat=2):
+        for share, odd, spectrum in _pressures(alpha * a / 2, beta * b / 2, other):
+            if share:
+                found.append((first * second * share, odd, spectrum))
+    return found
+
+
+def _pressures(x: Array, y: Array, other: float) -> Iterator[tuple[float, Signs, Array]]:
+    """Shares, mirror signs and spectra (m, n), by wave numbers times half the axes of an outline.
+
+    The spectrum of (1 - t^2)^k is Bessel's of order k + 1/2 along an axis, and k + 1 on a disc
+    (NIST Handbook, 10.9.4 and 10.22.19); an edge adds t times the pressure of a punch.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (m,), (n,)
+        The wave numbers.
+    other : float
+        Share of tractions that may be of any shape; the others are uniform on a rectangle.
+    """
+    each = other / 8
+    (flat_x, hertz_x, punch_x), (flat_y, hertz_y, punch_y) = (
+        [bessel(order, one) for order in (0.5, 1.0, 0.0)] for one in (x, y)
+    )
+    yield 1 - other + each, EVEN, np.outer(flat_x, flat_y)
+    yield each, EVEN, np.outer(punch_x, punch_y)
+    for along, across in (
+        (hertz_x, flat_y),
+        (punch_x, flat_y),
+        (flat_x, hertz_y),
+        (flat_x, punch_y),
+    ):
+        yield each / 2, EVEN, np.outer(along, across)
+    yield each / 2, (1, 0), np.outer(_tilted(0.0, x), flat_y)
+    yield each / 2, (0, 1), np.outer(flat_x, _tilted(0.0, y))
+    t = np.hypot(x[:, None], y)
+    punch, tilted = bessel(0.5, t), _tilted(0.5, t) / np.maximum(t, SMALL_ARGUMENT)
+    yield each, EVEN, bessel(1.0, t)
+    yield each, EVEN, bessel(1.5, t)
+    yield 2 * each, EVEN, punch
+    yield each / 2, (1, 0), tilted * x[:, None]
+    yield each / 2, (0, 1), tilted * y
+
+
+def _tilted(order: float, t: Array) -> Array:
+    """Spectrum of a coordinate times the pressure of an order; the derivative of Bessel's."""
+    return t / (2 * (order + 1)) * bessel(order + 1, t)

@@ -240,11 +240,11 @@ class Reading:
         reading.__dict__.update(known, _later={**known.get("_later", {}), "findings": findings})
         return reading
 
-    def departing(self, finding: str) -> Reading:
+    def departing(self, *findings: str) -> Reading:
         """The same of a frame that shows a departure from the design: forces are not to be used."""
         reading, known = object.__new__(type(self)), dict(self.__dict__)
         known |= {"status": Status.MODEL_MISMATCH, "probability": 0.0, "tracked": False}
-        reading.__dict__.update(known, findings=(finding,))
+        reading.__dict__.update(known, findings=findings)
         return reading
 
     def __getattr__(self, name: str) -> Array:

@@ -238,10 +238,9 @@ class SquaresDepartureTest(DepartureTest):
             fitted = fit.gathered(place, by_modes, np.zeros(0))
         else:
             fitted = replace(fit, reference=place.reference).gradient(place, one.misfit)
-        if (held := curvature.held) is not None:
-            fitted, across = fitted[held], across[held]
+        known_of = curvature.kept(fitted), curvature.information
         pulls = np.concatenate([by_light[numbers], by_layers])
-        return Score.beside((fitted, curvature.information), across, (pulls, np.diag(own)))
+        return Score.beside(known_of, curvature.kept(across), (pulls, own))
 
 
 def begun(known: PadUncertainty, departures: Sequence[PadDeparture]) -> Array:

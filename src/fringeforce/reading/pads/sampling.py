@@ -137,8 +137,8 @@ class Sampling(Lattice):
         -------
         across : ndarray, shape (3 n + q, r)
             Summed over the pictures; zero for unknowns that do not show.
-        own : ndarray, shape (r,)
-            The same of squared derivatives by others.
+        own : ndarray, shape (r, r)
+            The same of products of derivatives by others.
         """
         known, loads = self.uncertain, self.influence.shape[3]
         held = np.arange(loads)
@@ -164,7 +164,8 @@ class Sampling(Lattice):
                         change.ravel()
                     )
             across += found / len(self.pixels)
-            own += (weights * np.square(changes)).sum(axis=(1, 2)) / len(self.pixels)
+            flat = changes.reshape(len(changes), -1)
+            own += (weights * changes).reshape(flat.shape) @ flat.T / len(self.pixels)
         return np.asarray(across), np.asarray(own, dtype=float)
 
     def _columns(self, state: Place, shown: Mask) -> Single:

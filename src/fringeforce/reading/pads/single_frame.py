@@ -22,6 +22,7 @@ from fringeforce.reading.pads.mirror_images import Mirror, Verdict, are_apart, w
 from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, lattice
 from fringeforce.reading.pads.search import Search
+from fringeforce.reading.pads.traction_test import TractionTest
 from fringeforce.reading.pads.verdict import FrameClassifier
 from fringeforce.reading.reading import Reading
 
@@ -31,6 +32,12 @@ DEPTH = 4
 """Times that mirror images are tried, each time of what is likelier than all before."""
 IMAGE_EXCESS = 0.5
 """Mean square by which a mirror image may be worse than what it is an image of, to be tried."""
+FAINT = "Too little shows to rule out all other forces."
+BETWEEN = (
+    "A contact seems to lie between tactels, and how much each of them carries does not show; a "
+    "skin reads contacts anywhere."
+)
+"""Why other forces may explain a frame as well."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +109,10 @@ class PadFrameReader(PadFrames):
         return SquaresDepartureTest(self._fitted)
 
     @cached_property
+    def _tractions(self) -> TractionTest:
+        return TractionTest(self._fitted)
+
+    @cached_property
     def _looseness(self) -> float:
         """What tolerances change of the sine of a retardance, as `Search` wants it."""
         return 0.0 if self.uncertain is None else self.uncertain.looseness
@@ -166,11 +177,12 @@ class PadFrameReader(PadFrames):
         fine = marginal_information(whole.information, len(best.forces))
         if not classifier.explained(best):
             return classifier.unexplained(levels, best, partial(covariance_of, fine)), best
-        if start is None:
-            sure = sure and self._stays_this_side(fine)
+        doubt = "" if best.settled else BETWEEN
+        if start is None and not (sure and self._stays_this_side(fine)):
+            doubt = FAINT
         verdict = weighed([optimum for optimum in optima if classifier.explained(optimum)], fine)
         spread = partial(covariance_of, verdict.information)
-        reading = classifier.reading(best, verdict, silence, spread, sure=sure)
+        reading = classifier.reading(best, verdict, silence, spread, doubt=doubt)
         return self._tested(reading, stating, best, whole) if reading.ok else reading, best
 
     def tested(
@@ -196,8 +208,12 @@ class PadFrameReader(PadFrames):
         self, reading: Reading, fit: Fit, optimum: Optimum, curvature: Curvature
     ) -> Reading:
         """A reading, or its refusal if the frame shows a departure beside the forces."""
-        shown = self._departures.shown(fit, optimum, curvature)
-        return reading.departing(self._departures.finding(shown)) if shown else reading
+        findings = []
+        if len(tactels := self._tractions.shown(fit, optimum, curvature)):
+            findings.append(self._tractions.finding(tactels))
+        if shown := self._departures.shown(fit, optimum, curvature):
+            findings.append(self._departures.finding(shown))
+        return reading.departing(*findings) if findings else reading
 
     def _explanations(
         self, fit: Fit, classifier: FrameClassifier, silence: float

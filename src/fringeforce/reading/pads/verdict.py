@@ -100,17 +100,17 @@ class FrameClassifier:
         silence: float,
         covariance: Callable[[], Array],
         tracked: bool = False,
-        sure: bool = True,
+        doubt: str = "",
     ) -> Reading:
-        """What an explanation comes to, or several, that are surely all or not."""
+        """What an explanation comes to, or several; `doubt` says why others may be as good."""
         status, unknowns, detail = Status.OK, len(optimum.forces), ""
-        probability = verdict.probability * (1.0 if sure else HALF)
+        probability = verdict.probability * (HALF if doubt else 1.0)
         others = verdict.others
         if silence - optimum.misfit.loss <= square_limit(unknowns, FALSE_CONTACT):
             status = Status.NO_CONTACT
         elif probability < self.confidence:
             status = Status.AMBIGUOUS
-            detail = "" if sure else "Too little shows to rule out all other forces."
+            detail = doubt
         else:
             others = others[:0]
         forces = verdict.forces.reshape(self._shape)
