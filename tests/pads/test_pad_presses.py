@@ -231,3 +231,11 @@ def test_presses_of_the_other_kind_of_sensor_are_told(model: PadModel) -> None:
 def test_surfaces_are_computed_once() -> None:
     pad = ff.load_sensor("pad")
     assert surface_of(pad, 50e-6, 10) is surface_of(pad, 50e-6, 10)
+
+
+def test_hardly_any_shear_under_a_sphere_changes_nothing(model: PadModel) -> None:
+    sphere = {"x": 0.5e-3, "y": 0.2e-3, "normal": 0.02, "radius": 20e-3}
+    light = model.intensity([ff.Press(**sphere)])
+    np.testing.assert_allclose(
+        model.intensity([ff.Press(**sphere, tangential=(1e-30, 0.0))]), light, atol=1e-6
+    )

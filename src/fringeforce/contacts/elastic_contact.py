@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 
+LEAST_SLIP = 1e-3
+"""Share of the force by which two pressures differ at least, whose difference is the shear."""
 SETTLED = 1e-7
 """Change of all pressures over the normal force at which they are solved."""
 ROUNDS = 2000
@@ -131,7 +133,7 @@ def body_forces(
     size = float(np.hypot(*tangential))
     shear = np.zeros_like(pressure)
     if size > 0:
-        less = normal - size / friction
+        less = min(normal - size / friction, (1 - LEAST_SLIP) * normal)
         held = pressed(compliance, gap, less) if less > normal * SETTLED else 0.0
         shear = (pressure - held) / (normal - max(less, 0.0))
     return np.stack([pressure, shear * tangential[0], shear * tangential[1]], axis=-1)

@@ -57,7 +57,8 @@ class PadFollower(PadFramesFollower):
         # what distinguished the forces that were searched distinguishes those that follow
         known = Earlier(self._ahead, self._known, self._prior, self._probability)
         reading, optimum = self._single.found(levels, used, known)
-        if self._is_due(reading, optimum) and reading.tracked:
+        due = self._is_due(reading, optimum) or (reading.ok and self._single.tests_all)
+        if due and reading.tracked:
             reading = self._single.tested(reading, levels, used, optimum, known)
         self._known, self._probability = optimum.curvature, reading.probability
         before, here = self._here, optimum.place if reading.trusted else None

@@ -204,6 +204,11 @@ class PadFrameReader(PadFrames):
         fit = replace(fit, prior=known.prior)
         return self._tested(reading, fit, optimum, fit.curvature(optimum.place))
 
+    @property
+    def tests_all(self) -> bool:
+        """Whether every frame is to be tested, as tractions begin anew in each."""
+        return self.uncertain is not None and self.uncertain.contacts is not None
+
     def _tested(
         self, reading: Reading, fit: Fit, optimum: Optimum, curvature: Curvature
     ) -> Reading:

@@ -28,6 +28,7 @@ from fringeforce.models.as_built import PLACEMENT, SIZE
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_traction_influence import TractionInfluence
 from fringeforce.models.pad_traction_modes import traction_modes
+from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.light import FrameLight
 
@@ -83,33 +84,40 @@ class TractionTest:
         known, place = fit.uncertain, one.place
         if known is None or known.contacts is None:
             return np.zeros(0, dtype=np.intp)
-        reference = place.forces if place.reference is None else place.reference
+        reference, tactels, numbers = self._pressed(known, one, curvature)
         forces = reference.reshape(-1, 3)
-        strength = np.sqrt(np.square(forces).sum(axis=1))
-        own = known.deviations(known.shown(reference))
-        pressed = own.any(axis=0) & (strength > PRESSED * strength.max(initial=0.0))
         light = FrameLight(fit.model, fit.response, fit.frame, fit.used, known)
         by_modes, by_light = light.back(place, one.misfit.slope)
         gradient = replace(fit, reference=reference).gathered(place, by_modes, by_light)
         fitted = curvature.kept(gradient), curvature.information
         grid = known.retarding(place.extra).gather(by_modes)
-        tactels = np.flatnonzero(pressed)
         limit = FALSE_ALARM / max(len(tactels), 1)
         slopes = np.moveaxis(self._functions.adjoint(grid, tactels), 1, 0)
-        numbers = known.deviations(np.arange(known.size))
         found = []
-        for tactel, slope in zip(tactels.tolist(), slopes, strict=True):
+        for tactel, slope, own in zip(tactels.tolist(), slopes, numbers, strict=True):
             # the pressure, and the shear, which friction spreads another way
             apart = forces[tactel] * [[1, 0, 0], [0, 1, 1]]
             pull = (apart @ slope.T).ravel()
             across, information = fit.across(place, self._changes(fit, tactel, apart))
             score = Score.beside(fitted, curvature.kept(across), (pull, information))
             first, count = score.each()
-            mine = numbers[own[:, tactel], tactel]
-            second, more = _unlikely(one.extra[mine], curvature, len(reference) + mine)
+            second, more = _unlikely(one.extra[own], curvature, len(reference) + own)
             if first + second > square_limit(count + more, limit):
                 found.append(tactel)
         return np.array(found, dtype=np.intp)
+
+    def _pressed(
+        self, known: PadUncertainty, one: Optimum, curvature: Curvature
+    ) -> tuple[Array, Index, list[Index]]:
+        """Forces that spread is relative to, tactels that are pressed, and unknowns of each."""
+        place = one.place
+        reference = place.forces if place.reference is None else place.reference
+        strength = np.sqrt(np.square(reference.reshape(-1, 3)).sum(axis=1))
+        held = known.deviations(curvature.holds(len(reference) + np.arange(known.size)))
+        pressed = held.any(axis=0) & (strength > PRESSED * strength.max(initial=0.0))
+        tactels = np.flatnonzero(pressed)
+        numbers = known.deviations(np.arange(known.size))
+        return reference, tactels, [numbers[held[:, k], k] for k in tactels]
 
     def finding(self, tactels: Index) -> str:
         """What is said of tactels."""
