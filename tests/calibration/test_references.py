@@ -44,7 +44,7 @@ def references(true, rng, count: int, kinds=KINDS) -> ff.References:
     return ff.References(**{kind: taken[kind]() for kind in kinds})
 
 
-def calibrated(true, rng, given: ff.References | None, count: int = 6) -> ff.SensorModel:
+def calibrated(true, rng, given: ff.References | None, count: int = 12) -> ff.SensorModel:
     forces = presses(rng, count)
     frames = shots(true, forces, rng)
     # none are put aside: `held_out` reads frames of its own
