@@ -10,6 +10,8 @@ BUMP = np.exp(-np.square((X + 0.5) / 0.15))
 """A stretch of its own, far from what lies at the other end."""
 HILL = np.exp(-np.square((X - 0.5) / 0.15))
 HIDDEN = Hidden(0.2, 1e4, 1.0, 2.0)
+LOADS = np.array([BUMP, HILL], np.float32)
+"""Each has a load of its own, of which nothing else is known."""
 
 
 def phase(bump: float, hill: float) -> np.ndarray:
@@ -30,23 +32,23 @@ def test_a_stretch_that_comes_out_of_the_dark_may_be_on_either_side(multiple: in
     """Its light is the same on both."""
     before, now = (multiple * np.pi + phase(size, 0.0) for size in (0.02, 0.5))
     stretches = stretches_of(before, HIDDEN)
-    assert not emerged(before, stretches, HIDDEN)
-    assert emerged(now, stretches, HIDDEN)
-    assert not emerged(now, stretches_of(before, HIDDEN), NOTHING)
+    assert not emerged(before, stretches, HIDDEN, LOADS)
+    assert emerged(now, stretches, HIDDEN, LOADS)
+    assert not emerged(now, stretches_of(before, HIDDEN), NOTHING, LOADS)
 
 
 def test_what_showed_before_stays_on_its_side() -> None:
     stretches = stretches_of(phase(0.5, 0.0), HIDDEN)
     for size in (0.6, 0.3, 0.15, 0.5):  # not so dark that noise could turn it
-        assert not emerged(phase(size, 0.0), stretches, HIDDEN)
-    assert emerged(phase(-0.5, 0.0), stretches, HIDDEN)  # on the other side
+        assert not emerged(phase(size, 0.0), stretches, HIDDEN, LOADS)
+    assert emerged(phase(-0.5, 0.0), stretches, HIDDEN, LOADS)  # on the other side
 
 
 def test_a_stretch_that_went_dark_is_open_however_slowly_it_comes_back() -> None:
     """A hill of another sign is all the while bright, so that the phase is known to move slowly."""
     stretches = stretches_of(phase(0.5, -2.0), HIDDEN)
     sizes = np.concatenate([np.linspace(0.5, 0.0, 100), np.linspace(0.0, 0.5, 100)])
-    told = [emerged(phase(size, -2.0), stretches, HIDDEN) for size in sizes]
+    told = [emerged(phase(size, -2.0), stretches, HIDDEN, LOADS) for size in sizes]
     assert not any(told[:110])
     assert any(told[110:150])
 
@@ -55,8 +57,17 @@ def test_noise_of_a_single_frame_does_not_open_what_many_frames_show() -> None:
     """The mean of sixteen frames is not dark where one of them is."""
     stretches = stretches_of(phase(0.2, -2.0), HIDDEN)
     for _ in range(16):
-        assert not emerged(phase(0.2, -2.0), stretches, HIDDEN)
+        assert not emerged(phase(0.2, -2.0), stretches, HIDDEN, LOADS)
     dark = phase(0.01, -2.0)
-    assert not emerged(dark, stretches, HIDDEN)
+    assert not emerged(dark, stretches, HIDDEN, LOADS)
     assert (stretches.sides[np.abs(X + 0.5) < 0.05] == 0).all()
     assert (stretches_of(dark, HIDDEN).sides[np.abs(X + 0.5) < 0.05] == OPEN).all()
+
+
+def test_a_stretch_that_the_rest_of_the_frame_tells_is_on_its_side() -> None:
+    """The only load that moves the bump moves the bright hill as well."""
+    before, now = phase(0.02, 1.3), phase(0.5, 1.3)
+    columns = np.array([BUMP + HILL], np.float32)
+    stretches = stretches_of(before, HIDDEN)
+    assert not emerged(now, stretches, HIDDEN, columns)
+    assert (stretches.sides[np.abs(X + 0.5) < 0.1] == 0).all()

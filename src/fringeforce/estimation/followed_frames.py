@@ -895,7 +895,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             hidden, nodes = reference.hidden, standing.nodes
             if motion(nodes, before) > hidden.difference:
                 return i, ALARM
-            if emerged(nodes, reference.stretches, hidden):
+            if emerged(nodes, reference.stretches, hidden, reference.columns):
                 return i, EMERGED
         if turn == 0 and lasting > 0:
             _compare(model, pixels, reference, standing, True)

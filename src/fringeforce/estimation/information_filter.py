@@ -213,7 +213,7 @@ class InformationFilter:
             return None
         known = self._reference
         assert known is not None
-        if emerged(nodes, known.stretches, self.hidden):
+        if emerged(nodes, known.stretches, self.hidden, known.columns):
             self.open = known.stretches.sides == OPEN
             return None
         self.unknowns[:] = top.unknowns

@@ -16,6 +16,7 @@ from fringeforce.estimation.compiling import part, sums, sums_entry
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import CONFIDENCE, NEGLIGIBLE_LOSS
 from fringeforce.estimation.residual_test import square_limit
+from fringeforce.estimation.vector_loops import factorise, invert
 
 
 class Hidden(NamedTuple):
@@ -90,6 +91,8 @@ LONGEST = 4.0
 DARK, DARK_ONCE = 0.7, 0.25
 """Light of a phase over its noise up to which it may cross a multiple: for the mean of many frames,
 and for one.  Noise alone leaves a mean of 0.40 and a deviation of 0.58 / sqrt(n)."""
+UNKNOWN = 1e-6
+"""Precision of what nothing tells, of loads [1/N^2] and of standardised unknowns."""
 OPEN = -(2**31)
 """Side of a phase that noise hides."""
 NOTHING = Hidden(np.inf, 0.0, np.inf, np.inf)
@@ -212,11 +215,41 @@ def _renewed(nodes, stretches, hidden):
         begin = end
 
 
+@sums
+def _may_cross(nodes, begin, end, hidden, columns):
+    """Whether bright light leaves both sides to a stretch.
+
+    Only light that changes with the phase, |sin| > 1/2, tells of the unknowns to first order.  The
+    mirror image of where the stretch is farthest from its multiple is so many deviations away.
+    """
+    size, peak = len(columns), begin
+    for k in range(begin, end):
+        if abs(_off(nodes[k])) > abs(_off(nodes[peak])):
+            peak = k
+    known, rest = np.zeros((size, size)), np.empty((size, size))
+    for k in range(len(nodes)):
+        sine = np.sin(nodes[k])
+        if sine * sine < 0.25 or begin <= k < end:
+            continue
+        for a in range(size):
+            own = hidden.light * sine * sine * columns[a, k]
+            for b in range(a + 1):
+                known[a, b] += own * columns[b, k]
+    factorise(known, size, UNKNOWN)
+    invert(known, rest)
+    variance = 0.0
+    for a in range(size):
+        for b in range(size):
+            variance += columns[a, peak] * rest[a, b] * columns[b, peak]
+    return 4 * _off(nodes[peak]) ** 2 < NEGLIGIBLE_LOSS * variance
+
+
 @sums_entry
-def emerged(nodes, stretches, hidden):
+def emerged(nodes, stretches, hidden, columns):
     """Whether a stretch of a phase came out of what noise hides on a side that it may have missed.
 
-    Then its mirror image is another reading.
+    Then its mirror image is another reading, and bright light does not exclude it.  A stretch of
+    which it does is known to be on its side.
 
     Parameters
     ----------
@@ -226,6 +259,8 @@ def emerged(nodes, stretches, hidden):
         On which sides it is known to be; brought up to date.
     hidden : Hidden
         What noise hides of the phase.
+    columns : ndarray, shape (R, m)
+        Change of the phase with every unknown.
 
     Returns
     -------
@@ -238,6 +273,8 @@ def emerged(nodes, stretches, hidden):
     while begin < len(nodes):
         end, another = _open_stretch(nodes, stretches, begin, hidden)
         if another:
-            return True
+            if _may_cross(nodes, begin, end, hidden, columns):
+                return True
+            stretches.sides[begin:end] = _order(nodes[begin])
         begin = max(end, begin + 1)
     return False
