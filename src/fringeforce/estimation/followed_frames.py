@@ -893,7 +893,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             return i, ALARM
         if way > 0:
             hidden, nodes = reference.hidden, standing.nodes
-            if motion(nodes, before) > hidden.difference:
+            if way > hidden.difference and motion(nodes, before) > hidden.difference:
                 return i, ALARM
             if emerged(nodes, reference.stretches, hidden, reference.columns):
                 return i, EMERGED
