@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,13 +136,13 @@ class Explanations:
             return False
         return self.chance(top) > chance
 
-    def weighed(self, earlier: Sequence[Array] = ()) -> list[Weighed]:
+    def weighed(self, earlier: Sequence[NDArray[Any]] = ()) -> list[Weighed]:
         """Explanations with their weights, the heaviest first.
 
         Parameters
         ----------
         earlier : sequence of ndarray, shape (P,)
-            Frames before this one, the last one last, as of `Posterior`.
+            Grey levels of frames before this one, of the same pixels, the last one last.
         """
         found = list[tuple[Top, Linearised]]()
         posterior = self.posterior
@@ -162,7 +163,7 @@ class Explanations:
         return sorted(weighed, key=lambda one: -one.weight)
 
 
-def told_before(posterior: Posterior, tops: list[Top], earlier: Sequence[Array]) -> Array:
+def told_before(posterior: Posterior, tops: list[Top], earlier: Sequence[NDArray[Any]]) -> Array:
     """Loss by which earlier frames speak against explanations of a frame, shape (k,).
 
     They count as far back as all are alike but for noise, as frames of the same loads: the mean
@@ -179,7 +180,8 @@ def told_before(posterior: Posterior, tops: list[Top], earlier: Sequence[Array])
         As of `Explanations.weighed`.
     """
     told, model = np.zeros(len(tops)), posterior.model
-    frames = np.array([*earlier, posterior.frame])
+    frames = np.array([*earlier, posterior.frame], dtype=float)
+    frames[:, ~np.isfinite(posterior.frame)] = np.nan
     while len(frames) > 1 and not alike(frames, model.variance):
         frames = frames[len(frames) // 2 :]
     if len(frames) == 1:

@@ -253,7 +253,6 @@ class StripFrameReader(StripFrames):
         """
         frame = np.where(used, levels.astype(float), np.nan)
         before = before or Before()
-        past = [np.where(used, one.astype(float), np.nan) for one in before.frames]
         # single pixels that nothing explains would spoil the means over blocks; fits bear them
         alone = isolated(levels.astype(float), self.model.response)
         sound = np.where(alone, np.nan, frame)
@@ -263,7 +262,7 @@ class StripFrameReader(StripFrames):
             posterior = self._centred(posterior, last)
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWING_STEPS))
             if (met := self._onward(posterior, top, last, before.within)) is not None:
-                return self._stated(met, tracked=True, earlier=past)
+                return self._stated(met, tracked=True, earlier=before.frames)
         silent = self._silent(posterior)
         if silent is not None and self._plainly_nothing(posterior, silent):
             return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
@@ -292,7 +291,7 @@ class StripFrameReader(StripFrames):
             model = self.uncertain.under(loads)._replace(fixed=posterior.model.fixed)
             posterior = replace(posterior, model=model)
             met = Explanations(posterior, [posterior.settled(top.unknowns) for top in met.tops])
-        reading, located = self._stated(met, earlier=past)
+        reading, located = self._stated(met, earlier=before.frames)
         if reading.ok and (said := self._departing(located.posterior, located.top)):
             return reading.departing(said), None
         return reading, located
@@ -583,7 +582,7 @@ class StripFrameReader(StripFrames):
         met: Explanations,
         status: Status | None = None,
         tracked: bool = False,
-        earlier: Sequence[Array] = (),
+        earlier: Sequence[NDArray[Any]] = (),
     ) -> tuple[Reading, Located]:
         """The reading of explanations, and from where the next frame can be followed."""
         weighed = met.weighed(earlier)
