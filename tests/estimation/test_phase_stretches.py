@@ -10,7 +10,7 @@ BUMP = np.exp(-np.square((X + 0.5) / 0.15))
 """A stretch of its own, far from what lies at the other end."""
 HILL = np.exp(-np.square((X - 0.5) / 0.15))
 HIDDEN = Hidden(0.2, 1e4, 1.0, 2.0)
-LOADS = np.array([BUMP, HILL], np.float32)
+LOADS = np.array([BUMP, HILL, 0 * X, 0 * X], np.float32)
 """Each has a load of its own, of which nothing else is known."""
 
 
@@ -67,7 +67,7 @@ def test_noise_of_a_single_frame_does_not_open_what_many_frames_show() -> None:
 def test_a_stretch_that_the_rest_of_the_frame_tells_is_on_its_side() -> None:
     """The only load that moves the bump moves the bright hill as well."""
     before, now = phase(0.02, 1.3), phase(0.5, 1.3)
-    columns = np.array([BUMP + HILL], np.float32)
+    columns = np.array([BUMP + HILL, 0 * X, 0 * X, 0 * X], np.float32)
     stretches = stretches_of(before, HIDDEN)
     assert not emerged(now, stretches, HIDDEN, columns)
     assert (stretches.sides[np.abs(X + 0.5) < 0.1] == 0).all()

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.compiling import part, sums, sums_entry
 from fringeforce.estimation.frame_exposure import (
     by_gamma_of,
     encoded,
@@ -430,7 +430,7 @@ def _lit(pixels, modes, c, own, own_dark, work):
         _interpolated(pixels, work, own if kind == 0 else own_dark)
 
 
-@sums
+@part
 def _stand(model, pixels, reference, standing):
     """Evaluate the point, into `standing`.
 
@@ -537,7 +537,7 @@ def _summed(pull, scale, rows):
     return total
 
 
-@sums
+@part
 def _compare(model, pixels, reference, standing, whole):
     """Fill in the gradient of half the loss; sums of squares, their number, and of squared sums.
 
@@ -851,44 +851,53 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     whole = len(cov) > 0 and lasting == 0 and np.isfinite(reached)
     used, nothing = float(pixels.used.sum()), np.float32(model.full_scale / 2)
     before = np.empty_like(standing.nodes)
-    shown, moved = 1, 0.0
-    if state[3] == 0:
+    shown, moved, evaluated = 1, 0.0, state[3] > 0
+    if not evaluated:
         for k in range(len(x)):
             x[k] = unknowns[k]
-        shown, moved = _stand(model, pixels, reference, standing)
     for i in range(len(frames)):
         _load(pixels, standing, frames[i], nothing)
-        turn, ratio, way, renewed = 0, state[0], np.float32(0), False
-        before[:] = standing.nodes
-        squared, known, grouped = _compare(model, pixels, reference, standing, lasting == 0)
-        length = _step(reference, standing, step, own)
+        turn, ratio, last, way = 0, state[0], 0.0, np.float32(0)
+        first, renewed, everything = True, False, lasting == 0
         state[3] = 0.0
-        while not (length * ratio < reached and (turn > 0 or (state[1] < LOOKED and not whole))):
+        # one call each of what looks at every pixel, so that it is compiled into this loop
+        while True:
+            if not evaluated:
+                shown, moved = _stand(model, pixels, reference, standing)
+                evaluated = True
+            if first:
+                before[:] = standing.nodes
+            first = False
+            squared, known, grouped = _compare(
+                model, pixels, reference, standing, everything or turn > 0
+            )
+            length = _step(reference, standing, step, own)
+            if turn > 0:
+                ratio = length / max(last, 1e-12)
+                if turn == 1 and last > many:
+                    state[0] += (1.0 if state[2] > 0 else AVERAGING) * (ratio - state[0])
+                    state[1], state[2] = 0.0, 0.0
+                way = np.float32(0)
+                for k in range(len(before)):
+                    way = max(way, abs(standing.nodes[k] - before[k]))
             if shown == 0:
                 return i, FAINT
+            if length * ratio < reached and (turn > 0 or (state[1] < LOOKED and not whole)):
+                if everything or turn > 0:
+                    break
+                everything = True
+                continue
             if turn == EVALUATIONS or (
                 turn > 0 and ratio > DIVERGED * DIVERGED and length > reached
             ):
                 if renewed or lasting > 0:
                     return i, STALE
                 moved = _renew_here(model, pixels, reference, standing, moved)
-                length = _step(reference, standing, step, own)
                 turn, ratio, renewed = 0, state[0], True
+                continue
             for a in range(many):
                 x[reference.fresh[a]] -= step[a]
-            shown, moved = _stand(model, pixels, reference, standing)
-            squared, known, grouped = _compare(model, pixels, reference, standing, True)
-            last, length = length, _step(reference, standing, step, own)
-            ratio = length / max(last, 1e-12)
-            if turn == 0 and last > many:
-                state[0] += (1.0 if state[2] > 0 else AVERAGING) * (ratio - state[0])
-                state[1], state[2] = 0.0, 0.0
-            turn += 1
-            way = np.float32(0)
-            for k in range(len(before)):
-                way = max(way, abs(standing.nodes[k] - before[k]))
-        if shown == 0:
-            return i, FAINT
+            evaluated, last, turn = False, length, turn + 1
         if length > reference.longest or way > JUMP:
             return i, ALARM
         if way > 0:
@@ -897,8 +906,6 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
                 return i, ALARM
             if emerged(nodes, reference.stretches, hidden, reference.columns):
                 return i, EMERGED
-        if turn == 0 and lasting > 0:
-            _compare(model, pixels, reference, standing, True)
         # by the last step the loss falls by its squared length
         squared, number = squared - length, used + known
         if squared > reference.squares * number or -known > reference.broken:

@@ -16,7 +16,7 @@ from fringeforce.estimation.compiling import part, sums, sums_entry
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import CONFIDENCE, NEGLIGIBLE_LOSS
 from fringeforce.estimation.residual_test import square_limit
-from fringeforce.estimation.vector_loops import factorise, invert
+from fringeforce.estimation.vector_loops import add_products, factorise
 
 
 class Hidden(NamedTuple):
@@ -233,21 +233,25 @@ def _may_cross(nodes, begin, end, hidden, columns):
     for k in range(begin, end):
         if abs(_off(nodes[k])) > abs(_off(nodes[peak])):
             peak = k
-    known, rest = np.zeros((size, size)), np.empty((size, size))
+    light, own = np.zeros(len(nodes), np.float32), np.empty(len(nodes), np.float32)
     for k in range(len(nodes)):
         sine = np.sin(nodes[k])
-        if sine * sine < 0.25 or begin <= k < end:
-            continue
-        for a in range(size):
-            own = hidden.light * sine * sine * columns[a, k]
-            for b in range(a + 1):
-                known[a, b] += own * columns[b, k]
+        if sine * sine > 0.25 and not begin <= k < end:
+            light[k] = hidden.light * sine * sine
+    known, halves = np.zeros((size, size)), np.zeros(size)
+    for a in range(size):
+        column, rows = columns[a], a // 4 * 4 + 4
+        for k in range(len(nodes)):
+            own[k] = light[k] * column[k]
+        add_products(columns[:rows], own, known[a])
     factorise(known, size, UNKNOWN)
-    invert(known, rest)
     variance = 0.0
     for a in range(size):
-        for b in range(size):
-            variance += columns[a, peak] * rest[a, b] * columns[b, peak]
+        rest = np.float64(columns[a, peak])
+        for b in range(a):
+            rest -= known[a, b] * halves[b]
+        halves[a] = rest / known[a, a]
+        variance += halves[a] * halves[a]
     return 4 * _off(nodes[peak]) ** 2 < NEGLIGIBLE_LOSS * variance
 
 
@@ -267,7 +271,7 @@ def emerged(nodes, stretches, hidden, columns):
     hidden : Hidden
         What noise hides of the phase.
     columns : ndarray, shape (R, m)
-        Change of the phase with every unknown.
+        Change of the phase with every unknown; rows of zeros up to a multiple of four.
 
     Returns
     -------
