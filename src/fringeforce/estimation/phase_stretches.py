@@ -233,7 +233,7 @@ def _may_cross(nodes, begin, end, hidden, columns):
     for k in range(begin, end):
         if abs(_off(nodes[k])) > abs(_off(nodes[peak])):
             peak = k
-    light, own = np.zeros(len(nodes), np.float32), np.empty(len(nodes), np.float32)
+    light, own = np.zeros(len(nodes)), np.empty(len(nodes))
     for k in range(len(nodes)):
         sine = np.sin(nodes[k])
         if sine * sine > 0.25 and not begin <= k < end:
