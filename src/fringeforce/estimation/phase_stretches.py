@@ -64,6 +64,13 @@ class Hidden(NamedTuple):
             max(least, once),
         )
 
+    def along(self, nodes: int) -> float:
+        """Least difference that light tells of phases about a multiple along so many nodes [rad].
+
+        From there on they are two readings, though noise may hide them from pixel to pixel.
+        """
+        return float(2 * (4 * self.least / (nodes * self.light)) ** 0.25)
+
 
 class Stretches(NamedTuple):
     """On which sides of multiples of pi a phase is known to be at m nodes.

@@ -537,7 +537,8 @@ class StripFrameReader(StripFrames):
         Images of a better one are looked for at once, and of rivals of the best one afterwards.
         """
         posterior, seen = met.posterior, MetPhases()
-        seen.add(posterior.phase(top), self.hidden)
+        told = self._hidden.along(len(posterior.model.fixed))
+        seen.add(posterior.phase(top), told)
         at, found = posterior.model.at, met.tried if stop else met.keep
         if at.fields > at.place:
             heats = HEATS if stop else HEATS[1:]
@@ -549,12 +550,12 @@ class StripFrameReader(StripFrames):
         while rivals and rounds:
             top = posterior.settled(rivals.pop(0).unknowns, BINS)
             here, count, better = posterior.phase(top), 0, False
-            known.add(here, self.hidden)
+            known.add(here, told)
             for start in self._search.images(posterior, top, push_of(posterior.prior), within):
                 phase = node_phase(posterior.model, start)
                 if seen.holds(phase):
                     continue
-                seen.add(phase, self.hidden)
+                seen.add(phase, told)
                 count += not same_phase(phase, here)
                 if count > IMAGES:
                     break
