@@ -67,8 +67,13 @@ def _kind(info: FieldInfo) -> str:
         text = f"{QUANTITIES[unit]}, such as `{EXAMPLES[unit]}`"
         return f"list, each a {text}" if "tuple" in str(info.annotation) else text
     annotation = _without_none(info.annotation)
-    if get_origin(annotation) is tuple:  # of the shares of pairs
-        return "share, or a list of them for each channel"
+    if get_origin(annotation) is tuple:
+        nested = get_origin(get_args(annotation)[0]) is tuple  # the shares of pairs of channels
+        return (
+            "share, or a list of them for each channel"
+            if nested
+            else "list of pressures, or of ratios"
+        )
     if get_origin(annotation) is Literal:
         return " or ".join(f'`"{choice}"`' for choice in get_args(annotation))
     return KINDS.get(annotation, f"`{annotation}`")

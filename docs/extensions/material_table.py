@@ -6,7 +6,10 @@ from fringeforce.design.light_sources import light_sources
 from fringeforce.design.materials import materials
 
 LIGHTS = "| name | peak | full width at half maximum | what it is |\n|---|---|---|---|\n"
-HEAD = "| name | E | nu | fringe value | what it is |\n|---|---|---|---|---|\n"
+HEAD = (
+    "| name | E | nu | fringe value | Yeoh's C10, C20, C30 | what it is |\n"
+    "|---|---|---|---|---|---|\n"
+)
 
 
 def table() -> str:
@@ -16,7 +19,8 @@ def table() -> str:
         fringe = found.values.get("fringe_value", "")
         at = f" at {found.values['wavelength']}" if fringe else ""
         modulus, ratio = (found.values.get(k, "") for k in ("youngs_modulus", "poissons_ratio"))
-        cells = (f"`{found.name}`", modulus, ratio, fringe + at, found.about)
+        law = ", ".join(found.values.get("yeoh", []))
+        cells = (f"`{found.name}`", modulus, ratio, fringe + at, law, found.about)
         rows.append("| " + " | ".join(cells).replace("+/-", "±") + " |")
         sources.setdefault(found.source, []).append(found.name)
     return HEAD + _page(rows, sources)

@@ -34,7 +34,7 @@ def materials() -> None:
     for material in listed().values():
         print(f"{material.name}: {material.about}")
         for key, value in material.values.items():
-            print(f"  {key} = {value}")
+            print(f"  {key} = {value if isinstance(value, str) else ', '.join(value)}")
         print(f"  ({material.source})\n")
     print('In a design: material = "polycarbonate" under [transducer.photoelastic]; what the layer')
     print("itself states counts before it.\n")

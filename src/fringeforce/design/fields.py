@@ -52,6 +52,8 @@ else:
 Places = Annotated[tuple[Place, ...], BeforeValidator(_plain_list)]
 """Several places along the strip [m]."""
 Finite = Annotated[float, AllowInfNan(False), Strict()]
+Coefficients = Annotated[tuple[Finite, ...], BeforeValidator(_plain_list)]
+"""Ratios of coefficients of a strain energy."""
 UNSTATED: Any = None
 if not TYPE_CHECKING:
     StrainOptic = Annotated[Finite, Field(gt=0)] | None

@@ -18,6 +18,7 @@ from typing import Any
 from pydantic_core import InitErrorDetails
 
 from fringeforce.design.light_sources import wavelength_text
+from fringeforce.design.strain_energy import LAWS, MODULUS, as_ratios, ratios_of
 from fringeforce.design.tolerances import is_tolerance, parse_tolerance, problem_at
 from fringeforce.design.units import parse_quantity
 from fringeforce.design.validation import suggestion
@@ -38,13 +39,13 @@ class Material:
         What it is called, what it is, and who says so.
     values : mapping
         Keys of a layer with their texts, tolerances among them; "fringe_value" counts at
-        "wavelength".
+        "wavelength", and coefficients of a strain energy are lists of texts.
     """
 
     name: str
     about: str
     source: str
-    values: Mapping[str, str]
+    values: Mapping[str, Any]
 
 
 @cache
@@ -86,7 +87,10 @@ def stress_optic_text(fringe_value: Any, wavelength: Any) -> str:
 
 
 def as_values(values: Mapping[str, Any]) -> tuple[dict[str, Any], list[InitErrorDetails]]:
-    """Values of a design with those of its materials, and fringe values as coefficients.
+    """Values of a design with those of its materials, as the fields of a design state them.
+
+    Fringe values become stress-optic coefficients; coefficients of a strain energy become Young's
+    modulus and ratios.
 
     Parameters
     ----------
@@ -98,7 +102,7 @@ def as_values(values: Mapping[str, Any]) -> tuple[dict[str, Any], list[InitError
     values : dict
         What was stated wins over what a material has.
     problems : list
-        Of materials and fringe values, with their places.
+        Of materials, fringe values and coefficients, with their places.
     """
     changed, problems = dict(values), list[InitErrorDetails]()
     transducer, light = values.get("transducer"), values.get("polariscope")
@@ -116,9 +120,11 @@ def as_values(values: Mapping[str, Any]) -> tuple[dict[str, Any], list[InitError
             hint = suggestion(str(name), list(materials())).rstrip(".")
             text = f"is no material of the table ({hint})"
             problems.append(problem_at(place, name, text))
-        if found is not None:
-            clear = key == LAYERS[1]
-            _add(layer, found, clear and not any(layer.get(own) is not None for own in EFFECT))
+        known = found.values if found is not None else {}
+        if layer.get("poissons_ratio") is None and "poissons_ratio" in known:
+            layer["poissons_ratio"] = known["poissons_ratio"]
+        as_ratios(("transducer", key), layer, problems)
+        _add(layer, known, effect=key == LAYERS[1])
         if (stated := layer.get(FRINGE_VALUE)) is not None:
             wavelength = light.get("wavelength") if isinstance(light, Mapping) else None
             at, wrong = ("polariscope", "wavelength"), wavelength
@@ -143,14 +149,15 @@ def by_strain(design: Any) -> Any:
     return design if layer.effect == EFFECT[0] else design.replace(**{path: value})
 
 
-def _add(layer: dict[str, Any], material: Material, effect: bool) -> None:
-    """Add what a material has and a layer does not state."""
-    for key in ("youngs_modulus", "poissons_ratio"):
-        if key in material.values and layer.get(key) is None:
-            layer[key] = material.values[key]
-    if effect and FRINGE_VALUE in material.values:
-        own = material.values
-        layer[STRESS_OPTIC] = stress_optic_text(own[FRINGE_VALUE], own["wavelength"])
+def _add(layer: dict[str, Any], known: Mapping[str, Any], effect: bool) -> None:
+    """Add what is known of a material and a layer does not state."""
+    if MODULUS in known and layer.get(MODULUS) is None:
+        layer[MODULUS] = known[MODULUS]
+    if not any(layer.get(law) for law in LAWS):
+        layer.update({law: ratios_of(law, known[law])[0] for law in LAWS if law in known})
+    stated = any(layer.get(own) is not None for own in EFFECT)
+    if effect and not stated and FRINGE_VALUE in known:
+        layer[STRESS_OPTIC] = stress_optic_text(known[FRINGE_VALUE], known["wavelength"])
 
 
 def _number(text: Any, unit: str) -> tuple[float, float]:

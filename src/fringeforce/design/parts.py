@@ -25,6 +25,7 @@ from pydantic_core import ErrorDetails, InitErrorDetails
 from fringeforce.base.errors import DesignError
 from fringeforce.design.fields import (
     UNSTATED,
+    Coefficients,
     Count,
     Finite,
     Length,
@@ -38,6 +39,7 @@ from fringeforce.design.fields import (
 )
 from fringeforce.design.light_sources import named
 from fringeforce.design.materials import EFFECT, as_values
+from fringeforce.design.strain_energy import LAWS, MODULUS, are_pressures, checked_ratios
 from fringeforce.design.text import left_out, toml_text
 from fringeforce.design.tolerances import Tolerances, excess, number_at, problem_at, take, without
 from fringeforce.design.validation import suggestion, validated
@@ -110,11 +112,25 @@ Relaxation = Annotated[Terms, AfterValidator(_some_is_left)]
 
 
 class Layer(Part):
-    """One layer, isotropic and linear elastic."""
+    """One layer, isotropic and elastic."""
 
     thickness: Length = Field(description="height of the layer along z [m]")
     youngs_modulus: Pressure = Field(description="Young's modulus E [Pa]")
     poissons_ratio: Finite = Field(gt=-1, lt=0.5, description="Poisson's ratio nu")
+    mooney_rivlin: Coefficients = Field(
+        default=(),
+        description="C10 and C01 of Mooney and Rivlin's strain energy, in the place of "
+        'youngs_modulus, ["0.12 MPa", "0.03 MPa"], or as ratios beside it, [0.8, 0.2], whose sum '
+        'is 1; without them a layer is neo-Hookean.  They count with strain = "finite"; small '
+        "strain takes the modulus that they say",
+        json_schema_extra={"ideal": True},
+    )
+    yeoh: Coefficients = Field(
+        default=(),
+        description="C10, C20 and C30 of Yeoh's strain energy, as mooney_rivlin: "
+        '["0.11 MPa", "-0.01 MPa", "2 kPa"], or ratios to C10, [1, -0.09, 0.02]',
+        json_schema_extra={"ideal": True},
+    )
     material: str | None = Field(
         default=None,
         description="name in the table of materials, for what the layer itself does not state",
@@ -125,6 +141,28 @@ class Layer(Part):
         'its modulus, [["6 %", "0.4 s"]]',
         json_schema_extra={"ideal": True},
     )
+
+    @field_validator(*LAWS)
+    @classmethod
+    def _are_ratios(cls, ratios: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        return checked_ratios(str(info.field_name), ratios)
+
+    @model_validator(mode="after")
+    def _one_law(self) -> Self:
+        if self.mooney_rivlin and self.yeoh:
+            raise ValueError("has coefficients of two strain energies; state mooney_rivlin or yeoh")
+        return self
+
+    @property
+    def coefficients(self) -> dict[str, float]:
+        """Coefficients of the strain energy by name, C10 alone of a neo-Hookean layer [Pa]."""
+        half = self.youngs_modulus / (4 * (1 + self.poissons_ratio))
+        law = next((law for law in LAWS if getattr(self, law)), None)
+        if law is None:
+            return {"C10": half}
+        return {
+            name: half * ratio for name, ratio in zip(LAWS[law], getattr(self, law), strict=True)
+        }
 
 
 class PhotoelasticLayer(Layer):
@@ -355,7 +393,7 @@ class Design(Part):
                     hint = suggestion(parent, known)
                     raise DesignError(f"{path}: there is no part {parent!r} of a design; {hint}")
                 branch = branch[parent]
-            for rival in EFFECT if key in EFFECT else ():
+            for rival in _rivals(key, value):
                 branch.pop(rival, None)
                 if rival != key:
                     lost = path.removesuffix(key) + rival
@@ -372,6 +410,15 @@ class Design(Part):
     def to_toml(self) -> str:
         """The text of a design file that reads back to an equal design."""
         return toml_text(self)
+
+
+def _rivals(key: str, value: Any) -> tuple[str, ...]:
+    """Keys of a table whose values a new value takes the place of, its own among them."""
+    if key in EFFECT:
+        return EFFECT
+    if key not in LAWS:
+        return ()
+    return (*LAWS, MODULUS) if are_pressures(value) else tuple(LAWS)
 
 
 def _again(error: ErrorDetails) -> InitErrorDetails:

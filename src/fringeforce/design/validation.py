@@ -102,6 +102,7 @@ def _limit(detail: ErrorDetails) -> str:
         "float_type": "must be a number",
         "int_type": "must be a whole number",
         "string_type": "must be text in quotes",
+        "tuple_type": "must be a list",
         "model_type": "must be a table of keys",
         "model_attributes_type": "must be a table of keys",
     }

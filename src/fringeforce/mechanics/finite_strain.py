@@ -632,8 +632,7 @@ def finite_strip(
     centres, widths : array_like, shape (n,)
         Middle and width of each patch [m], widths above 0.
     materials : tuple of Hyperelastic, optional
-        Of the compliant and the photoelastic layer; neo-Hookean with the design's moduli if not
-        given.
+        Of the compliant and the photoelastic layer; those of the design if not given.
     order : int
         Polynomial order of the elements.
     share : float
@@ -665,8 +664,8 @@ def finite_strip(
     marks, sizes = _apart(ends, finest, half)
     mesh = strip_mesh(transducer, marks, order, sizes)
     compliant, photoelastic = materials or (
-        Hyperelastic.neo_hookean(transducer.compliant),
-        Hyperelastic.neo_hookean(transducer.photoelastic),
+        Hyperelastic.of(transducer.compliant),
+        Hyperelastic.of(transducer.photoelastic),
     )
     return FiniteStrip(transducer, middle, wide, mesh, compliant, photoelastic)
 

@@ -3,9 +3,9 @@
 One energy per volume covers three materials (Holzapfel, Nonlinear Solid Mechanics, 2000, section
 6.5), with I1 and I2 the invariants of the right Cauchy-Green tensor and J the volume ratio:
 
-    W = sum_i c_i (J^(-2/3) I1 - 3)^i + c01 (J^(-4/3) I2 - 3) + bulk (J - 1)^2 / 2
+    W = sum_i Ci0 (J^(-2/3) I1 - 3)^i + C01 (J^(-4/3) I2 - 3) + bulk (J - 1)^2 / 2
 
-Neo-Hookean rubber has c_1 alone, Mooney and Rivlin's c_1 and c01, Yeoh's c_1 to c_3.
+Neo-Hookean rubber has C10 alone, Mooney and Rivlin's C10 and C01, Yeoh's C10, C20 and C30.
 """
 
 from __future__ import annotations
@@ -73,11 +73,11 @@ class Hyperelastic:
     Attributes
     ----------
     coefficients : tuple of float
-        c_1, c_2, ... of the powers of the first invariant [Pa].
+        C10, C20, ... of the powers of the first invariant [Pa].
     bulk : float
         Bulk modulus [Pa].
     second : float
-        c01 of the second invariant [Pa].
+        C01 of the second invariant [Pa].
 
     Examples
     --------
@@ -92,22 +92,31 @@ class Hyperelastic:
     second: float = 0.0
 
     def __post_init__(self) -> None:
-        shear = 2 * (sum(self.coefficients[:1]) + self.second)
-        for name, value in (("shear modulus 2 (c_1 + c01)", shear), ("bulk modulus", self.bulk)):
+        for name, value in (
+            ("shear modulus 2 (C10 + C01)", self.shear),
+            ("bulk modulus", self.bulk),
+        ):
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"The {name} is {value:g} Pa; it has to be above 0.")
 
+    @property
+    def shear(self) -> float:
+        """Shear modulus at small strain [Pa]."""
+        return 2 * (sum(self.coefficients[:1]) + self.second)
+
     @classmethod
-    def neo_hookean(cls, layer: Layer) -> Hyperelastic:
-        """The material of a layer whose moduli at small strain are those of the design.
+    def of(cls, layer: Layer) -> Hyperelastic:
+        """The material of a layer, whose moduli at small strain are those of the design.
 
         Raises
         ------
         InputError
             If Poisson's ratio leaves no bulk modulus above 0.
         """
-        e, nu = layer.youngs_modulus, layer.poissons_ratio
-        return cls((e / (4 * (1 + nu)),), bulk=e / (3 * (1 - 2 * nu)))
+        found = layer.coefficients
+        powers = tuple(found[name] for name in ("C10", "C20", "C30") if name in found)
+        bulk = layer.youngs_modulus / (3 * (1 - 2 * layer.poissons_ratio))
+        return cls(powers, bulk, second=found.get("C01", 0.0))
 
     def plane(self, gradient: Array, plane: Plane) -> PlaneResponse:
         """Energy, stress and tangent at deformation gradients F, shape (2, 2, ...).
@@ -144,7 +153,7 @@ class Hyperelastic:
     def _free_stretch(self, t: Array, j: Array) -> Array:
         """Stretch across at which nothing pulls or presses there."""
         # what a material that hardly changes its volume does; the modulus bounds the steps
-        across = j ** -(1 - 2 * self._shear / (3 * self.bulk + 2 * self._shear))
+        across = j ** -(1 - 2 * self.shear / (3 * self.bulk + 2 * self.shear))
         for _ in range(ITERATIONS):
             slope, curve = self._across(t, j, across)
             step = np.clip(-slope / np.abs(curve), -across / 2, across)
@@ -156,6 +165,15 @@ class Hyperelastic:
             "take smaller loads or wider contacts."
         )
 
+    def _powers(self, excess: Array) -> tuple[Array, Array, Array]:
+        """Sum of Ci0 excess^i, and its first and second derivative."""
+        energy, rise, turn = np.zeros((3, *excess.shape))
+        for i, c in enumerate(self.coefficients, 1):
+            energy += c * excess**i
+            rise += i * c * excess ** (i - 1)
+            turn += i * (i - 1) * c * excess ** max(i - 2, 0)
+        return energy, rise, turn
+
     def _across(self, t: Array, j: Array, s: Array) -> tuple[Array, Array]:
         """First and second derivative of W by the stretch across alone, as of `_derivatives`."""
         square, volume = s**2, j * s
@@ -165,20 +183,13 @@ class Hyperelastic:
             scale * (4 * square - 2 * t) / (3 * s),
             scale * (10 * t + 4 * square) / (9 * square),
         )
-        excess, rise, turn = first - 3, np.zeros_like(t), np.zeros_like(t)
-        for i, c in enumerate(self.coefficients, 1):
-            rise += i * c * excess ** (i - 1)
-            turn += i * (i - 1) * c * excess ** max(i - 2, 0)
+        _, rise, turn = self._powers(first - 3)
         slope, curve = rise * by, rise * twice + turn * by**2
         if self.second:  # (j s)^(-4/3) (s^2 t + j^2)
             scale = self.second * scale**2
             slope += scale * (2 * square * t - 4 * j**2) / (3 * s)
             curve += scale * (28 * j**2 - 2 * square * t) / (9 * square)
         return slope + self.bulk * j * (volume - 1), curve + self.bulk * j**2
-
-    @property
-    def _shear(self) -> float:
-        return 2 * (self.coefficients[0] + self.second)
 
     def _derivatives(self, t: Array, j: Array, s: Array) -> tuple[Array, Array, Array]:
         """W and its derivatives by t = F:F, j = det F and the stretch s across, of a plane F."""
@@ -191,12 +202,8 @@ class Hyperelastic:
             j,
             s,
         )
-        excess = first[0] - 3
-        powers = range(1, len(self.coefficients) + 1)
-        terms = list(zip(powers, self.coefficients, strict=True))
-        energy = sum(c * excess**i for i, c in terms) + self.bulk / 2 * (j * s - 1) ** 2
-        rise = sum(i * c * excess ** (i - 1) for i, c in terms)
-        turn = sum(i * (i - 1) * c * excess ** max(i - 2, 0) for i, c in terms)
+        energy, rise, turn = self._powers(first[0] - 3)
+        energy = energy + self.bulk / 2 * (j * s - 1) ** 2
         slope = rise * first[1]
         curve = rise * first[2] + turn * first[1][:, None] * first[1][None]
         if self.second:
@@ -216,7 +223,7 @@ class Hyperelastic:
         curve = curve + self.bulk * volume[:, None] * volume[None]
         curve[1, 2] += pressure
         curve[2, 1] += pressure
-        return np.asarray(energy), slope, curve
+        return energy, slope, curve
 
 
 def _cofactor(gradient: Array) -> Array:

@@ -13,6 +13,7 @@ from fringeforce.calibration.planning.plan import GAIN, Plan
 from fringeforce.contacts.loads import paper_load
 from fringeforce.contacts.press import Press
 from fringeforce.design.pad import SQUARES, Pad
+from fringeforce.design.parts import Layer
 from fringeforce.design.strip import Sensor
 from fringeforce.design.text import unit_at
 from fringeforce.design.units import READABLE
@@ -210,13 +211,20 @@ def _layers(sensor: Sensor | Pad) -> list[tuple[str, str]]:
         (
             f"{name} layer",
             f"{_mm(layer.thickness)}, E = {layer.youngs_modulus / 1e6:.4g} MPa, "
-            f"nu = {layer.poissons_ratio:.4g}",
+            f"nu = {layer.poissons_ratio:.4g}{_law(layer)}",
         )
         for name, layer in (
             ("compliant", sensor.transducer.compliant),
             ("photoelastic", sensor.transducer.photoelastic),
         )
     ]
+
+
+def _law(layer: Layer) -> str:
+    """Coefficients of a strain energy that is not neo-Hookean."""
+    found = layer.coefficients
+    words = ", ".join(f"{name} = {value / 1e6:.3g} MPa" for name, value in found.items())
+    return f", {words}" if len(found) > 1 else ""
 
 
 def _constant(sensor: Sensor | Pad) -> tuple[str, str]:
