@@ -149,12 +149,13 @@ def large_strain(path: Path) -> Figure:
 
 
 def finite_strain(path: Path) -> Figure:
-    """Difference from NGSolve by load, of ours and of the linear model."""
-    table = aligned(path, "N")
+    """Difference from NGSolve by load, of ours and of the linear model; neo-Hookean layers."""
+    table = aligned(path, "law")
     figure, (axes,) = _figure(2.8)
-    load = table.numbers("N")
-    axes.loglog(load, table.numbers("linear"), "o:", color=TANGENTIAL, label="linear")
-    axes.loglog(load, table.numbers("off"), "o-", color=NORMAL, label="Newton steps")
+    plain = [k for k, law in enumerate(table.texts("law")) if law == "neo-Hookean"]
+    load, linear, off = (np.array(table.numbers(name))[plain] for name in ("N", "linear", "off"))
+    axes.loglog(load, linear, "o:", color=TANGENTIAL, label="linear")
+    axes.loglog(load, off, "o-", color=NORMAL, label="Newton steps")
     axes.set(xlabel="force on every tactel [N]", ylabel="off NGSolve\n[% of the peak phase]")
     axes.legend()
     return figure
