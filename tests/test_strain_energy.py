@@ -104,6 +104,11 @@ def test_numbers_without_units_are_no_coefficients_in_python_either(saad: ff.Sen
         saad.replace(**{COVER + "yeoh": [1.1e6, -0.1e6, 20e3]})
 
 
+def test_ratios_take_no_tolerances(saad: ff.Sensor) -> None:
+    with pytest.raises(DesignError, match="give youngs_modulus one"):
+        _with(saad, YEOH).replace(tolerances={COVER + "yeoh.1": 0.01})
+
+
 TENSILE = {
     "rtv615": [0.17296, 0.32086, 0.44941, 0.60836, 0.80097],
     "sortaclear-40": [0.14471, 0.26019, 0.35296, 0.45600, 0.56434],

@@ -430,6 +430,10 @@ def _again(error: ErrorDetails) -> InitErrorDetails:
 def _stated_problem(design: Design, path: str, std: float) -> InitErrorDetails | None:
     """What is wrong with a tolerance that is not written behind its value."""
     found, place = number_at(design, path), ("tolerances", path)
+    if LAWS.keys() & path.split("."):
+        return problem_at(
+            place, std, f"is of a ratio of coefficients, which takes none; give {MODULUS} one"
+        )
     if found is None:
         return problem_at(
             place, std, "belongs to no number of the design; give the dotted path of one"
