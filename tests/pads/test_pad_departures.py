@@ -9,10 +9,12 @@ from scipy import stats
 import fringeforce as ff
 from fringeforce.design.pad import Pad
 from fringeforce.estimation.levenberg_marquardt import Curvature
+from fringeforce.estimation.residual_test import square_limit
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_departures import pad_departures
 from fringeforce.models.pad_layers import LayerChanges
+from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SquaresDepartureTest
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.single_frame import PadFrameReader
@@ -168,3 +170,61 @@ def test_frames_that_follow_are_tested_where_more_is_pressed(pad: Pad, model: Pa
     refused = next(one for one in readings if not one.trusted)
     assert "visibility of the fringes" in refused.findings[0]
     assert not readings[-1].trusted
+
+
+@pytest.mark.slow
+def test_scores_of_frames_together_are_normal_and_tell_what_departs() -> None:
+    rng, departs, tests = np.random.default_rng(7), np.array([0.0, 0.5]), 60
+    squares, sizes = [], []
+    for _ in range(400):
+        record, one = DepartureRecord(), np.ones(2)
+        told = Score(one, np.eye(2), one, np.zeros((1, 2)), np.eye(1))
+        for _ in range(tests):
+            known = rng.uniform(0.5, 4.0, 2)
+            pull = -known * departs + np.sqrt(known) * rng.standard_normal(2)
+            score = told._replace(pull=pull, information=np.diag(known), alone=one)
+            told = record.together(score)
+        squares.append(told.square()[0] - told.of(slice(1, 2)).square()[0])
+        sizes.append(told.of(slice(1, 2)).best)
+    assert stats.kstest(squares, stats.chi2(1).cdf).pvalue > RARE
+    spread = np.std(sizes) / np.sqrt(len(sizes))
+    assert abs(np.mean(sizes) - departs[1]) < stats.norm.isf(RARE) * spread
+    # a quarter of what one frame of the mean information shows
+    assert np.std(sizes) < 0.3 / np.sqrt(2.25)
+
+
+@pytest.mark.slow
+def test_what_no_single_frame_shows_is_refused_once_frames_that_follow_do(
+    pad: Pad, model: PadModel, reader: PadFrameReader, told: list[Score]
+) -> None:
+    fine = characterize_pad(pad.replace(**{"polariscope.visibility": 0.95}), samples=64, slices=12)
+    rng = np.random.default_rng(8)
+    forces = pressed(model, rng, 0.5)
+    follow = ff.Reader(model)
+    readings = [follow.read(fine.expose(forces, rng)) for _ in range(80)]
+    assert readings[0].ok
+    alone = np.array([each.pull**2 / each.information.diagonal() for each in told])
+    assert (alone < square_limit(1)).all()
+    refused = [one for one in readings if not one.ok]
+    assert "visibility of the fringes seems 0.9" in refused[0].findings[0]
+    assert not readings[-1].ok
+
+
+@pytest.mark.slow
+def test_frames_that_follow_a_drift_are_not_sure_of_forces_beyond_what_they_state(
+    pad: Pad, model: PadModel
+) -> None:
+    fine = characterize_pad(pad, samples=64, slices=12)
+    rng, reader = np.random.default_rng(), ff.Reader(model)
+    forces = pressed(model, rng)
+    statuses = []
+    for shift in np.linspace(0, 0.03e-3, 90):
+        frame = made(pad, fine, **{"camera.shift_x": shift}).expose(forces, rng)
+        reading = reader.read(frame)
+        statuses.append(reading.status)
+        if reading.ok:
+            off = (reading.forces - forces).ravel()
+            square = off @ np.linalg.solve(reading.covariance, off)
+            assert square < stats.chi2(off.size).isf(1e-9)
+    assert statuses[0] is Status.OK
+    assert statuses[-1] is Status.MODEL_MISMATCH

@@ -30,7 +30,7 @@ from fringeforce.estimation.linearised_frame import (
     spread_profiles,
 )
 from fringeforce.estimation.posterior import Posterior, Top
-from fringeforce.estimation.residual_test import square_limit
+from fringeforce.estimation.residual_test import FALSE_ALARM, square_limit
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.departures import LAYERS, LEAK, UNEVEN_LIGHT, Departures
@@ -302,7 +302,11 @@ class DepartureTest(StripDepartureTest):
 
 
 def plain(
-    tested: Sequence[D], scores: Sequence[Score], stated: Index, size: Callable[[D, Score], float]
+    tested: Sequence[D],
+    scores: Sequence[Score],
+    stated: Index,
+    size: Callable[[D, Score], float],
+    chance: float = FALSE_ALARM,
 ) -> list[Sized]:
     """Departures that a frame shows plainly and cannot tell apart, the likeliest first.
 
@@ -316,11 +320,13 @@ def plain(
         Where what a reading states stands among what was fitted: it is a matter to move it.
     size : callable
         By how much one departs.
+    chance : float
+        Of noise that seems to show one.
     """
     found = list[tuple[float, Sized]]()
     for one, score in zip(tested, scores, strict=True):
         square, freedom = score.plain()
-        if square > square_limit(freedom) and score.moves(stated) > HARMLESS:
+        if square > square_limit(freedom, chance) and score.moves(stated) > HARMLESS:
             sized = Sized(one, size(one, score), float(np.sqrt(square)))
             if sized.size:  # a picture that seems sharper than without any blur does not depart
                 found.append((score.evidence(), sized))

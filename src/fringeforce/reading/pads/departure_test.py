@@ -11,10 +11,12 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Index, Single
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.estimation.levenberg_marquardt import Curvature
+from fringeforce.estimation.residual_test import FALSE_ALARM, PLAIN
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.as_built import PLACEMENT, SIZE
 from fringeforce.models.departures import LAYERS
@@ -26,6 +28,7 @@ from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
 from fringeforce.reading.departure_test import plain
 from fringeforce.reading.findings import Sized, sentence
+from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.light import FrameLight
 from fringeforce.reading.pads.skin_fit import SkinFit, SkinOptimum
@@ -65,10 +68,30 @@ class DepartureTest:
         """What is said of departures that are shown."""
         return sentence(found, self._model)
 
-    def _plain(self, found: Score) -> list[Sized]:
-        """Departures that are shown plainly and cannot be told apart, the likeliest first."""
+    def _shown(
+        self, found: Score, modes: NDArray[np.floating], record: DepartureRecord | None
+    ) -> list[Sized]:
+        """Departures that are shown plainly and cannot be told apart, the likeliest first.
+
+        Parameters
+        ----------
+        found : Score
+            What a frame tells.
+        modes : ndarray
+            Of the retardance of the frame.
+        record : DepartureRecord, optional
+            What earlier frames tell, which is added.
+        """
+        if record is None:
+            return self._plain(found)
+        each = found, record.together(found)
+        doubtful = PLAIN / len(self.tested)
+        record.tested(modes, any(self._plain(one, doubtful) for one in each))
+        return self._plain(each[0]) or self._plain(each[1])
+
+    def _plain(self, found: Score, chance: float = FALSE_ALARM) -> list[Sized]:
         scores = [found.of(slice(k, k + 1)) for k in range(len(self.tested))]
-        return plain(self.tested, scores, np.arange(len(found.fitted)), self._size)
+        return plain(self.tested, scores, np.arange(len(found.fitted)), self._size, chance)
 
     def _size(self, departure: PadDeparture, score: Score) -> float:
         """By how much it departs, as of the linear model."""
@@ -103,7 +126,9 @@ class SkinDepartureTest(DepartureTest):
         """What departs, as unknowns beside those of the design."""
         return PadSkinUncertainty(departing(self._model, self.tested), skin=self._skin)
 
-    def shown(self, fit: SkinFit, one: SkinOptimum) -> list[Sized]:
+    def shown(
+        self, fit: SkinFit, one: SkinOptimum, record: DepartureRecord | None = None
+    ) -> list[Sized]:
         """Departures that a frame shows plainly and cannot tell apart, the likeliest first.
 
         Parameters
@@ -112,9 +137,13 @@ class SkinDepartureTest(DepartureTest):
             The posterior of the frame.
         one : SkinOptimum
             Where it is largest.
+        record : DepartureRecord, optional
+            What earlier frames tell, which is added.
         """
-        if not self.tested:
-            return []
+        return self._shown(self.told(fit, one), one.place.modes, record) if self.tested else []
+
+    def told(self, fit: SkinFit, one: SkinOptimum) -> Score:
+        """What the frame tells of each that is tested, by itself, beside contacts and the rest."""
         wide, extra = replace(fit, uncertain=self._known, prior=None), self._extra(fit, one)
         at_rest = wide.at(one.contacts, extra)
         here = replace(at_rest, extra=extra + begun(self._known, self.tested))
@@ -126,12 +155,11 @@ class SkinDepartureTest(DepartureTest):
         tested = first + numbers
         fitted = np.delete(np.arange(len(gradient)), tested)
         own = np.diag(information)[tested] - np.diag(wide.known.precision)[numbers]
-        score = Score.beside(
+        return Score.beside(
             (gradient[fitted], information[np.ix_(fitted, fitted)]),
             information[np.ix_(fitted, tested)],
             (gradient[tested], np.diag(own)),
         )
-        return self._plain(score)
 
     def _extra(self, fit: SkinFit, one: SkinOptimum) -> Array:
         """Unknowns (q,) as they were fitted, and zero for what departs."""
@@ -175,7 +203,13 @@ class SquaresDepartureTest(DepartureTest):
     def _layers(self) -> LayerChanges:
         return LayerChanges(self._model, self.tested[len(self._optics) :])
 
-    def shown(self, fit: Fit, one: Optimum, curvature: Curvature) -> list[Sized]:
+    def shown(
+        self,
+        fit: Fit,
+        one: Optimum,
+        curvature: Curvature,
+        record: DepartureRecord | None = None,
+    ) -> list[Sized]:
         """Departures that a frame shows plainly and cannot tell apart, the likeliest first.
 
         Parameters
@@ -186,8 +220,12 @@ class SquaresDepartureTest(DepartureTest):
             Where it is largest.
         curvature : Curvature
             That of the fit where the optimum was evaluated.
+        record : DepartureRecord, optional
+            What earlier frames tell, which is added.
         """
-        found = self._plain(self.told(fit, one, curvature)) if self.tested else []
+        if not self.tested:
+            return []
+        found = self._shown(self.told(fit, one, curvature), one.place.modes, record)
         return [each for first in found for each in (first, *self._equal(first))]
 
     def deviations(self, fit: Fit, one: Optimum, curvature: Curvature) -> dict[str, float]:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Mask
 from fringeforce.estimation.levenberg_marquardt import Curvature
-from fringeforce.reading.departure_test import STRONGER
+from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.fit import Optimum
 from fringeforce.reading.pads.light import Prior, Start
 from fringeforce.reading.pads.pad_frames import PadFramesFollower
@@ -18,8 +17,6 @@ from fringeforce.reading.reading import Reading
 
 TREND = 0.8
 """Share of the last change of the forces that the next is expected to have."""
-RETESTED = 128
-"""Frames after which one that follows is tested for departures again: lamps drift in seconds."""
 
 
 class PadFollower(PadFramesFollower):
@@ -47,7 +44,7 @@ class PadFollower(PadFramesFollower):
         self._prior: Prior | None = None
         self._told: Curvature | None = None
         self._probability = 1.0
-        self._strength, self._since = 0.0, 0
+        self._record = DepartureRecord()
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
@@ -55,10 +52,9 @@ class PadFollower(PadFramesFollower):
             # other pixels tell another thing
             self._used, self._known = used, None
         # what distinguished the forces that were searched distinguishes those that follow
-        known = Earlier(self._ahead, self._known, self._prior, self._probability)
+        known = Earlier(self._ahead, self._known, self._prior, self._probability, self._record)
         reading, optimum = self._single.found(levels, used, known)
-        due = self._is_due(reading, optimum) or (reading.ok and self._single.tests_all)
-        if due and reading.tracked:
+        if reading.ok and reading.tracked and self._is_due(optimum):
             reading = self._single.tested(reading, levels, used, optimum, known)
         self._known, self._probability = optimum.curvature, reading.probability
         before, here = self._here, optimum.place if reading.trusted else None
@@ -69,17 +65,9 @@ class PadFollower(PadFramesFollower):
             self._ahead = here.onward(TREND, before)
         return reading
 
-    def _is_due(self, reading: Reading, optimum: Optimum) -> bool:
-        """Whether a frame is to be tested for departures, as one that was searched is already."""
-        if not reading.ok:
-            return False
-        strength = float(np.vdot(optimum.place.modes, optimum.place.modes))
-        self._since += 1
-        due = strength > STRONGER * self._strength or self._since >= RETESTED
-        if due or not reading.tracked:
-            self._strength, self._since = strength, 0
-            return True
-        return False
+    def _is_due(self, optimum: Optimum) -> bool:
+        """Whether a frame that follows is to be tested, as one that was searched is already."""
+        return self._record.due(optimum.place.modes) or self._single.tests_all
 
     def _remember(self, optimum: Optimum | None) -> None:
         """Keep what a frame tells of lasting unknowns as what is known before the next."""

@@ -15,6 +15,7 @@ from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_departures import PadDeparture
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
+from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SquaresDepartureTest
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.light import Prior, Start
@@ -54,12 +55,15 @@ class Earlier:
         Of the unknowns of tolerances; as stated if not given.
     probability : float
         Of the explanation that is followed.
+    record : DepartureRecord, optional
+        Of departures.
     """
 
     start: Start | None = None
     curvature: Curvature | None = None
     prior: Prior | None = None
     probability: float = 1.0
+    record: DepartureRecord | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,10 +163,14 @@ class PadFrameReader(PadFrames):
                     classifier.reading(optimum, verdict, silence, spread, tracked=True),
                     optimum,
                 )
-        return self._searched(grey, None, classifier)
+        return self._searched(grey, None, classifier, known.record)
 
     def _searched(
-        self, levels: Array, start: Array | None, classifier: FrameClassifier
+        self,
+        levels: Array,
+        start: Array | None,
+        classifier: FrameClassifier,
+        record: DepartureRecord | None = None,
     ) -> tuple[Reading, Optimum]:
         """Reading of a frame without an earlier state, or from a start, and where it is."""
         fit = self._fit(levels, self._stepping, classifier)
@@ -183,7 +191,9 @@ class PadFrameReader(PadFrames):
         verdict = weighed([optimum for optimum in optima if classifier.explained(optimum)], fine)
         spread = partial(covariance_of, verdict.information)
         reading = classifier.reading(best, verdict, silence, spread, doubt=doubt)
-        return self._tested(reading, stating, best, whole) if reading.ok else reading, best
+        if reading.ok:
+            reading = self._tested(reading, stating, best, whole, record)
+        return reading, best
 
     def tested(
         self, reading: Reading, levels: NDArray[Any], used: Mask, optimum: Optimum, known: Earlier
@@ -202,7 +212,7 @@ class PadFrameReader(PadFrames):
         classifier = self.classifier(used)
         fit = self._fit(classifier.filled(levels), self._stating, classifier)
         fit = replace(fit, prior=known.prior)
-        return self._tested(reading, fit, optimum, fit.curvature(optimum.place))
+        return self._tested(reading, fit, optimum, fit.curvature(optimum.place), known.record)
 
     @property
     def tests_all(self) -> bool:
@@ -210,13 +220,18 @@ class PadFrameReader(PadFrames):
         return self.uncertain is not None and self.uncertain.contacts is not None
 
     def _tested(
-        self, reading: Reading, fit: Fit, optimum: Optimum, curvature: Curvature
+        self,
+        reading: Reading,
+        fit: Fit,
+        optimum: Optimum,
+        curvature: Curvature,
+        record: DepartureRecord | None,
     ) -> Reading:
         """A reading, or its refusal if the frame shows a departure beside the forces."""
         findings = []
         if len(tactels := self._tractions.shown(fit, optimum, curvature)):
             findings.append(self._tractions.finding(tactels))
-        if shown := self._departures.shown(fit, optimum, curvature):
+        if shown := self._departures.shown(fit, optimum, curvature, record):
             findings.append(self._departures.finding(shown))
         return reading.departing(*findings) if findings else reading
 

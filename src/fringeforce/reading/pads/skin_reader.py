@@ -19,6 +19,7 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
+from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SkinDepartureTest
 from fringeforce.reading.pads.light import Prior
 from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
@@ -136,6 +137,7 @@ class PadSkinReader(PadFrames):
         used: Mask,
         expected: Expected | None = None,
         start: Array | None = None,
+        record: DepartureRecord | None = None,
     ) -> tuple[Reading, SkinOptimum | None]:
         """Reading of a frame, and its contacts.
 
@@ -145,6 +147,8 @@ class PadSkinReader(PadFrames):
             As of `search`.
         expected : Expected, optional
             What the last frames let expect; the frame is searched where following it fails.
+        record : DepartureRecord, optional
+            Of departures, in earlier frames.
         """
         classifier = self.classifier(used)
         grey = classifier.filled(levels)
@@ -159,7 +163,10 @@ class PadSkinReader(PadFrames):
             if one is not None and not one.converged and self.explains(fit, classifier, one):
                 one = following.climb(one.place, one.free, MOST_STEPS)
             if one is not None and one.converged and self.explains(fit, classifier, one):
-                return self._stated(fit, one, expected.probability, tracked=True), one
+                reading = self._stated(fit, one, expected.probability, tracked=True)
+                due = reading.ok and record is not None and record.due(one.place.modes)
+                if not (due and self._departures.shown(fit, one, record)):
+                    return reading, one
         nothing = self._silence(fit)
         silent = classifier.noise(nothing.left.slope, 0)
         met = self._met(fit, classifier, silent, start)
@@ -173,11 +180,11 @@ class PadSkinReader(PadFrames):
             status = classifier.refusal(fit.frame)
             return self._refused(fit, best, status), None
         good.sort(key=lambda one: -self._mass(one))
-        while shown := self._departures.shown(fit, good[0]):
-            if len(good) == 1:
-                finding = self._departures.finding(shown)
-                return self._refused(fit, good[0], Status.MODEL_MISMATCH, (finding,)), None
+        while len(good) > 1 and self._departures.shown(fit, good[0]):
             del good[0]
+        if shown := self._departures.shown(fit, good[0], record):
+            finding = self._departures.finding(shown)
+            return self._refused(fit, good[0], Status.MODEL_MISMATCH, (finding,)), None
         weights = posterior_weights(np.array([self._mass(one) for one in good]))
         best = good[0]
         own = np.array([self._same(best, one) for one in good])
@@ -535,11 +542,12 @@ class PadSkinFollower(PadFramesFollower):
         self._last: SkinOptimum | None = None
         self._change: Array | None = None
         self._expected: Expected | None = None
+        self._record = DepartureRecord()
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
         expected = self._expected
-        reading, here = self._single.found(levels, used, expected)
+        reading, here = self._single.found(levels, used, expected, record=self._record)
         before, self._last = self._last, here
         if here is None:
             self._expected = None
