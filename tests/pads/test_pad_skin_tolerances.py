@@ -14,6 +14,7 @@ from fringeforce.models.pad_as_built import built_pad
 from fringeforce.models.pad_presses import pad_tractions
 from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, SIZE_OF
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
+from fringeforce.reading.pads.departure_record import RETESTED
 from fringeforce.reading.pads.skin_reader import PadSkinReader
 from fringeforce.reading.reading import Status
 
@@ -213,3 +214,18 @@ def test_what_the_residual_of_all_pixels_hides_is_refused_and_named(
     assert words in finding
     assert next(iter(departs)) in finding
     assert reader.search(drawn.expose(faint, rng=3)).ok
+
+
+@pytest.mark.slow
+def test_frames_that_follow_are_tested_for_what_the_residual_hides(drawn: PadModel) -> None:
+    faint = [replace(press, normal=press.normal / 2, tangential=(0.0, 0.0)) for press in PRESSES[1]]
+    reader, rng = ff.Reader(drawn), np.random.default_rng(3)
+    readings = []
+    for scale in (*np.linspace(1.0, 1.01, 9), *[1.01] * RETESTED):
+        made = loosened(drawn, **{"camera.scale": scale})
+        readings.append(reader.read(made.expose(faint, rng)))
+        if not readings[-1].ok:
+            break
+    assert readings[1].tracked
+    assert readings[-1].status is Status.MODEL_MISMATCH
+    assert "camera.scale" in readings[-1].findings[0]

@@ -28,6 +28,10 @@ class DepartureRecord:
     """What the frames of one pad told of departures by single numbers, and when."""
 
     def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew."""
         self._scores: Array | None = None
         self._strength, self._since, self._doubted = 0.0, 0, False
 

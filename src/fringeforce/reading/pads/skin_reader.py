@@ -164,9 +164,12 @@ class PadSkinReader(PadFrames):
                 one = following.climb(one.place, one.free, MOST_STEPS)
             if one is not None and one.converged and self.explains(fit, classifier, one):
                 reading = self._stated(fit, one, expected.probability, tracked=True)
-                due = reading.ok and record is not None and record.due(one.place.modes)
-                if not (due and self._departures.shown(fit, one, record)):
+                if not (reading.ok and record is not None and record.due(one.place.modes)):
                     return reading, one
+                if not self._departures.shown(fit, one, record):
+                    return reading, one
+                # other contacts may explain the frame, which these have told nothing of
+                record.forget()
         nothing = self._silence(fit)
         silent = classifier.noise(nothing.left.slope, 0)
         met = self._met(fit, classifier, silent, start)
