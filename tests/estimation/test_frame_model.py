@@ -14,6 +14,7 @@ from fringeforce.estimation.frame_exposure import (
     node_columns,
     node_phase,
 )
+from fringeforce.estimation.frame_information import information
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import (
     FrameModel,
@@ -24,6 +25,8 @@ from uncertain_strip import COLOURS, TOLERANCES
 
 Array = NDArray[np.float64]
 STEP = 1e-5
+LIGHTS = ({"amplitude": "180 +/- 3 %"}, {}, {"amplitude": "150 +/- 5 %", "offset": "9 +/- 0.5"})
+UNEQUAL = [one | light for one, light in zip(COLOURS["polariscope.channels"], LIGHTS, strict=True)]
 KERNEL = kernel_of.py_func  # pyrefly: ignore[missing-attribute]
 
 
@@ -106,6 +109,31 @@ def test_linearised_loss_is_that_of_differences_of_exposed_frames(strip: FrameMo
         spread[: strip.at.loads].mean(), exact[: strip.at.loads].mean(), rtol=0.02
     )
     np.testing.assert_allclose(about[1] / deviation, gradient / deviation, atol=0.1)
+
+
+def test_light_of_single_channels_acts_on_their_pixels(sensor: ff.Sensor) -> None:
+    values = {**COLOURS, "polariscope.channels": UNEQUAL, "camera.unevenness": "3 %"}
+    values |= {"camera.amplitude": 200.0}
+    strip = uncertainty(ff.characterize(sensor.replace(**values))).frame
+    unknowns, light = some_unknowns(strip), np.arange(strip.at.modes, strip.at.visibility)
+    sigma, frame = np.sqrt(strip.variance), expose(strip, unknowns)[0] + 1.0
+    jacobian = differences(strip, unknowns) / sigma
+    own = np.abs(jacobian[:, light]).reshape(3, -1, len(light)).max(axis=1) > 0
+    assert own[:, :3].sum(axis=0).tolist() == [1, 1, 1]
+    assert own[:, 3:].all()
+    exact = information(strip, frame, unknowns, np.empty((0, len(strip.fixed))))
+    hessian = jacobian.T @ jacobian
+    size = np.sqrt(np.diag(hessian))
+    np.testing.assert_allclose(
+        exact / np.outer(size, size), hessian / np.outer(size, size), atol=1e-6
+    )
+    prior = Prior(np.zeros(strip.at.size), np.zeros(strip.at.size), -1.0, np.inf)
+    about = linearise(strip, prior, frame, unknowns)
+    # light that varies between the nodes is taken as linear there
+    rows = hessian[light] / np.outer(size[light], size)
+    np.testing.assert_allclose(about[0][light] / np.outer(size[light], size), rows, atol=2e-3)
+    pull = jacobian.T @ np.full(len(frame), -1 / sigma)
+    np.testing.assert_allclose(about[1] / size, pull / size, atol=1e-4 * np.abs(pull / size).max())
 
 
 def test_joint_precision_is_that_of_a_dense_prior(strip: FrameModel) -> None:

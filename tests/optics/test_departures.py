@@ -85,7 +85,7 @@ def test_visibility_is_that_of_brightest_and_darkest(plates: Plates | None) -> N
 def test_readings_know_the_visibility(sensor: ff.Sensor, model: ff.SensorModel) -> None:
     dull = sensor.replace(**{"polariscope.visibility": 0.8})
     phase = np.linspace(0, 7, dull.camera.pixels)
-    level = designed_response(dull.camera, pictures(dull.polariscope)).level(phase)
+    level = designed_response(dull, pictures(dull.polariscope)).level(phase)
     np.testing.assert_allclose(level, 245 * (1 - 0.8 * np.cos(phase)) / 2 + 5, rtol=1e-12)
     known = ff.characterize(dull)
     forces = ff.polar(1.0, angle=10, n=11)

@@ -33,6 +33,9 @@ class Bench:
     blur: float = 0.0
     gamma: float = 1.0
     shares: Array | None = None  # of the light of each channel in each; of one channel if none
+    light: tuple[Array, Array] | None = (
+        None  # amplitude and offset of channels, if not the camera's
+    )
 
     def influence(self) -> Array:
         """Phase lead per force, shape (n_pixels, n, 2) [rad/N]."""
@@ -58,7 +61,8 @@ class Bench:
             light = np.einsum("cd,kdm->kcm", self.shares, light)
         if self.blur:
             light = gaussian_filter1d(light, self.blur, axis=-1, mode="nearest")
-        level = camera.offset + camera.amplitude * self.gain * light
+        amplitude, offset = self.light or (np.array(camera.amplitude), np.array(camera.offset))
+        level = offset[..., None] + amplitude[..., None] * self.gain * light
         level = camera.full_scale * (level / camera.full_scale) ** self.gamma
         noise = rng.uniform(-camera.noise, camera.noise, level.shape)
         return np.clip(np.rint(level + noise), 0, camera.full_scale).astype(np.uint8)

@@ -32,6 +32,7 @@ from fringeforce.estimation.frame_model import FrameModel, Layout
 from fringeforce.estimation.linearised_frame import (
     banded,
     linearise,
+    pulled_phase,
     shared_information,
     spread_profiles,
 )
@@ -462,7 +463,7 @@ class BenchPosterior:
         last = first + len(others)
         moves, precision = self.bench.moves[f], self.precision(f)
         pulled = -moves.T @ (precision * (own - self.mean(f, shared)))
-        gradient = np.concatenate([waves @ about.pulls[0], about.gradient[others], pulled])
+        gradient = np.concatenate([waves @ pulled_phase(about), about.gradient[others], pulled])
         whole = np.zeros((size, size))
         whole[:first, :first] = spread @ weighed.T
         whole[:first, first:last] = cross[others].T

@@ -26,6 +26,8 @@ from fringeforce.design.tolerances import is_tolerance, parse_tolerance, split_t
 
 CROSSTALK = "polariscope.crosstalk"
 """Path of the shares of light that channels have in each other; each has its numbers behind it."""
+CHANNELS = "polariscope.channels."
+"""Begin of the paths of what channels have of their own."""
 MOST_CROSSTALK = 0.5
 """Share of a channel that others stay below: the rest tells whose it is, and the channels apart."""
 
@@ -34,6 +36,11 @@ def pairs_of_channels(count: int) -> dict[str, tuple[int, int]]:
     """Every pair of so many channels, whose first sees light of the second, by its path."""
     several = range(count)
     return {f"{CROSSTALK}.{c}.{d}": (c, d) for c in several for d in several if c != d}
+
+
+def light_of_channels(count: int) -> dict[str, int]:
+    """Every one of so many channels, by the path of its amplitude; none if there is one."""
+    return {f"{CHANNELS}{c}.amplitude": c for c in range(count) if count > 1}
 
 
 class Light(Part):
@@ -64,6 +71,17 @@ class Channel(Light):
         default=0.0,
         description="phase added to the strip's [degrees]: 0 dark field, 180 bright field, 90 a "
         "quarter wave; the analyser is turned by half of it",
+    )
+    amplitude: Finite | None = Field(
+        default=None,
+        gt=0,
+        description="A of this channel, grey levels between dark and bright, such as those of a "
+        "weaker LED; that of the camera if not given",
+    )
+    offset: Finite | None = Field(
+        default=None,
+        ge=0,
+        description="I_o of this channel, grey levels of darkness; that of the camera if not given",
     )
 
 

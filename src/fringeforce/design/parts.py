@@ -278,8 +278,24 @@ class Converter(Part):
 
     @model_validator(mode="after")
     def _within_converter(self) -> Self:
+        self.check_light(self.amplitude, self.offset)
+        return self
+
+    def check_light(self, amplitude: float, offset: float) -> None:
+        """Refuse light that the converter cannot take.
+
+        Parameters
+        ----------
+        amplitude, offset : float
+            Of one channel, grey levels.
+
+        Raises
+        ------
+        ValueError
+            Saying what to do.
+        """
         noise = self.noise if self.noise_model == "uniform" else 0.0
-        brightest = self.amplitude + self.offset + noise
+        brightest = amplitude + offset + noise
         if brightest > self.full_scale and not self.clipped:
             raise ValueError(
                 f"amplitude + offset + noise = {brightest:g} exceeds the converter's "
@@ -287,12 +303,11 @@ class Converter(Part):
                 f"{brightest - self.full_scale:g}, take more bits, or state clipped = true if the "
                 "camera is overexposed"
             )
-        if self.offset < noise:
+        if offset < noise:
             raise ValueError(
-                f"offset = {self.offset:g} is below the noise of {noise:g}, so dark pixels would "
+                f"offset = {offset:g} is below the noise of {noise:g}, so dark pixels would "
                 f"fall below zero; raise the offset to {noise:g}"
             )
-        return self
 
     @property
     def full_scale(self) -> int:

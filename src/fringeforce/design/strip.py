@@ -193,6 +193,15 @@ def _lines(data: dict[str, Any]) -> Tactels:
     return skin.lines(transducer.compliant.thickness)
 
 
+def _light(polariscope: Polariscope, camera: Camera) -> tuple[list[float], list[float]]:
+    """Amplitude and offset of every channel: its own, or those of the camera."""
+    seen = polariscope.pictures
+    return (
+        [camera.amplitude if one.amplitude is None else one.amplitude for one in seen],
+        [camera.offset if one.offset is None else one.offset for one in seen],
+    )
+
+
 class Section(NamedTuple):
     """A section through neighbouring contacts, solved in a plane.
 
@@ -311,6 +320,25 @@ class Sensor(Design):
         if transducer is not None:
             camera.check_line(transducer.width, transducer.plane)
         return camera
+
+    @field_validator("camera", mode="after")
+    @classmethod
+    def _takes_the_light(cls, camera: Camera, info: ValidationInfo) -> Camera:
+        polariscope = info.data.get("polariscope")
+        if polariscope is None:
+            return camera
+        for number, light in enumerate(zip(*_light(polariscope, camera), strict=True)):
+            try:
+                camera.check_light(*light)
+            except ValueError as error:
+                raise ValueError(f"channel {number + 1}: {error}") from None
+        return camera
+
+    @property
+    def light(self) -> tuple[Array, Array]:
+        """Amplitude and offset of every channel, shape (C,) each, grey levels."""
+        amplitude, offset = _light(self.polariscope, self.camera)
+        return np.array(amplitude), np.array(offset)
 
     @property
     def frame_shape(self) -> tuple[int, ...]:

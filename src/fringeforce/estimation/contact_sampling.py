@@ -36,7 +36,7 @@ from fringeforce.estimation.frame_model import (
     FrameModel,
 )
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS
-from fringeforce.estimation.linearised_frame import Linearised, banded
+from fringeforce.estimation.linearised_frame import Linearised, banded, pulled_phase
 
 Array = NDArray[np.float64]
 
@@ -144,7 +144,7 @@ def contacts_about(
     factor = cho_factor(about.hessian[beside, beside], check_finite=False)
     solved = cho_solve(factor, shared, check_finite=False)
     known = basis.T @ banded(about, basis.T).T - shared.T @ solved
-    pull = basis.T @ about.pulls[0] - solved.T @ about.gradient[beside]
+    pull = basis.T @ pulled_phase(about) - solved.T @ about.gradient[beside]
     values, vectors = eigh(known, check_finite=False)
     kept = values > FAINTEST * prior.precision[0]
     root = np.sqrt(values[kept])

@@ -84,10 +84,10 @@ class Pixels(NamedTuple):
         First node of the first column.
     even_out : ndarray, shape (C, R)
         One over the root of the number of used pixels of each column; zero if there is none.
-    bright, dark : ndarray, shape (modes of light, m)
+    bright, dark : ndarray, shape (modes of light, C m)
         As `brightness` and `darkness`.
     even : bool
-        Whether these are the same everywhere.
+        Whether these are the same all over each channel.
     """
 
     order: NDArray[np.int32]
@@ -254,7 +254,9 @@ def pixels_of(model: FrameModel, used: NDArray[np.bool_]) -> Pixels:
     shares = np.zeros((shape[0], 4, shape[1]), np.float32)
     shares[row, :, column] = model.weights[:count]
     own = known & used[order]
-    light = np.concatenate([model.brightness, model.darkness])
+    light = np.concatenate([model.brightness, model.darkness]).reshape(
+        -1, channels, len(model.fixed)
+    )
     number = own.reshape(channels, *shape).sum(axis=1)
     return Pixels(
         order,
@@ -267,7 +269,7 @@ def pixels_of(model: FrameModel, used: NDArray[np.bool_]) -> Pixels:
         (np.where(number > 0, 1 / np.sqrt(np.maximum(number, 1)), 0)).astype(np.float32),
         model.brightness.astype(np.float32),
         model.darkness.astype(np.float32),
-        not len(light) or bool(np.ptp(light, axis=1).max() < 1e-9),
+        not len(light) or bool(np.ptp(light, axis=2).max() < 1e-9),
     )
 
 
@@ -423,10 +425,11 @@ def _lit(pixels, modes, c, own, own_dark, work):
     for kind in range(2):
         work[:] = kind == 0
         table = pixels.bright if kind == 0 else pixels.dark
+        nodes = slice(c * len(work), (c + 1) * len(work))
         for s in range(len(modes)):
-            e = np.float32(modes[s])
+            e, row = np.float32(modes[s]), table[s, nodes]
             for i in range(len(work)):
-                work[i] += e * table[s, i]
+                work[i] += e * row[i]
         _interpolated(pixels, work, own if kind == 0 else own_dark)
 
 
@@ -455,11 +458,6 @@ def _stand(model, pixels, reference, standing):
         way = nodes[i] - reference.anchor[i]
         moved += way * way
     modes = unknowns[at.modes : at.visibility]
-    bright, dark = one, np.float32(0)
-    if pixels.even:
-        for s in range(len(modes)):
-            bright += np.float32(modes[s] * model.brightness[s, 0])
-            dark += np.float32(modes[s] * model.darkness[s, 0])
     inverse = np.float32(1 / np.sqrt(model.variance))
     gamma = power_of(model, unknowns)
     bent = gamma != 1.0 or model.srgb or at.crosstalk > at.gamma
@@ -486,6 +484,10 @@ def _stand(model, pixels, reference, standing):
             _smeared(line, reference.kernel, standing.padded, out)
             _in_columns(pixels, out, seen)
         if pixels.even:
+            bright, dark, first = one, np.float32(0), c * len(nodes)
+            for s in range(len(modes)):
+                bright += np.float32(modes[s] * model.brightness[s, first])
+                dark += np.float32(modes[s] * model.darkness[s, first])
             for p in range(size):
                 strong = amplitude[p] * bright
                 relative[p] = strong
@@ -660,9 +662,10 @@ def _light_pulled(model, pixels, reference, standing, c):
             force = pull[p] * (bend[p] if bent else one) * inverse
             by_dark += force
             by_bright += force * amplitude[p] * (one - contrast * seen[p])
+        first = c * len(standing.nodes)
         for s in range(modes):
-            gradient[at.modes + s] += 0.5 * by_bright * model.brightness[s, 0]
-            gradient[at.modes + s] += by_dark * model.darkness[s, 0]
+            gradient[at.modes + s] += 0.5 * by_bright * model.brightness[s, first]
+            gradient[at.modes + s] += by_dark * model.darkness[s, first]
         return
     back, lead = standing.back[:size], standing.lead[:size]
     light = np.zeros((2, len(standing.nodes)), np.float32)
@@ -672,10 +675,12 @@ def _light_pulled(model, pixels, reference, standing, c):
         back[p] = force * amplitude[p] * half * (one - contrast * seen[p])
     _gathered(pixels, back, light[0])
     _gathered(pixels, lead, light[1])
+    nodes = slice(c * len(standing.nodes), (c + 1) * len(standing.nodes))
     for s in range(modes):
+        bright, dark = pixels.bright[s, nodes], pixels.dark[s, nodes]
         for i in range(len(standing.nodes)):
-            gradient[at.modes + s] += light[0, i] * pixels.bright[s, i]
-            gradient[at.modes + s] += light[1, i] * pixels.dark[s, i]
+            gradient[at.modes + s] += light[0, i] * bright[i]
+            gradient[at.modes + s] += light[1, i] * dark[i]
 
 
 @sums

@@ -302,7 +302,7 @@ def by_gamma_of(model, unknowns, level):
 
 @sums
 def _interpolated(model, nodes, out):
-    """Values at the pixels of all channels, from those at the nodes."""
+    """Values at the pixels of one channel or all, from those at the nodes."""
     begin, weights = 0, model.weights
     while begin < len(out):
         i, end = model.first[begin], begin + 1
@@ -320,14 +320,18 @@ def _interpolated(model, nodes, out):
 def _light(model, unknowns, bright, dark):
     """Fill in the amplitude relative to the nominal one, and the offset."""
     at, m = model.at, len(model.fixed)
-    more, darker = np.ones(m), np.zeros(m)
+    channels = len(model.bias)
+    pixels = len(dark) // channels
+    more, darker = np.ones(channels * m), np.zeros(channels * m)
     for s in range(len(model.brightness)):
         e = unknowns[at.modes + s]
-        for i in range(m):
+        for i in range(len(more)):
             more[i] += e * model.brightness[s, i]
             darker[i] += e * model.darkness[s, i]
-    _interpolated(model, more, bright)
-    _interpolated(model, darker, dark)
+    for c in range(channels):
+        lines, nodes = slice(c * pixels, (c + 1) * pixels), slice(c * m, (c + 1) * m)
+        _interpolated(model, more[nodes], bright[lines])
+        _interpolated(model, darker[nodes], dark[lines])
     for p in range(len(dark)):
         dark[p] += model.offset[p]
 

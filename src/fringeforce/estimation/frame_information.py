@@ -136,8 +136,8 @@ def information(model, frame, unknowns, more):
             light = model.amplitude[p] * (1 - contrast * seen[p]) / 2
             for s in range(len(model.brightness)):
                 for t in range(4):
-                    profile = light * model.brightness[s, model.first[p] + t]
-                    profile += model.darkness[s, model.first[p] + t]
+                    i = c * len(nodes) + model.first[p] + t
+                    profile = light * model.brightness[s, i] + model.darkness[s, i]
                     rows[at.modes + s, p] += model.weights[p, t] * profile
             amplitude = model.amplitude[p] * bright[p]
             if at.blur > at.visibility:

@@ -73,8 +73,9 @@ class FrameModel(NamedTuple):
     curvature : ndarray, shape (2n, 2n, m)
         Second order H of the phase lead in the loads, symmetric [rad/N^2]; shape (0, 0, m) where
         strain is small.
-    brightness, darkness : ndarray, shape (s, m)
-        What s >= d modes change in the amplitude, relative to it, and in the offset, grey levels.
+    brightness, darkness : ndarray, shape (s, C m)
+        What s >= d modes change in the amplitude, relative to it, and in the offset, grey levels,
+        of all channels in turn.
     amplitude, offset : ndarray, shape (P,)
         Of a fringe of full visibility, grey levels.
     dispersion, bias, spread : ndarray, shape (C,)

@@ -48,10 +48,10 @@ class Linearised(NamedTuple):
         What the cone adds to the Hessian.
     columns : ndarray, shape (size, m)
         Change of the phase at the nodes with every unknown, behind the point spread.
-    weights : ndarray, shape (BASES + k, BASES + k, m)
-        Sums over the pixels around a node of products of the bases, in units of the noise; that of
-        two phases is in `band`.
-    pulls : ndarray, shape (BASES + k, m)
+    weights : ndarray, shape (BASES + k, BASES + k, C m)
+        Sums over the pixels around a node of products of the bases, in units of the noise, of all
+        channels in turn; that of two phases is in `band`.
+    pulls : ndarray, shape (BASES + k, C m)
         The same of the bases and the residuals.
     band : ndarray, shape (4, m)
         The same of two phases at nodes that are so many steps apart, the first of which is given:
@@ -118,7 +118,7 @@ def _side_by_side(model, values, out):
 @sums
 def _pulled(model, basis, pull, out):
     """Sums of a basis times the residuals, at the nodes between which each pixel lies."""
-    runs, channels = len(model.starts) // len(model.bias), len(model.bias)
+    runs, channels, m = len(model.starts) // len(model.bias), len(model.bias), len(model.fixed)
     total = np.zeros(len(model.starts))
     for k in range(4):
         total[:] = 0.0
@@ -127,7 +127,7 @@ def _pulled(model, basis, pull, out):
             for r in range(len(total)):
                 total[r] += share[r] * (own[r] * other[r])
         for c in range(channels):
-            i = model.first[0] + k
+            i = c * m + model.first[0] + k
             for r in range(runs):
                 out[i + r] += total[c * runs + r]
 
@@ -135,7 +135,7 @@ def _pulled(model, basis, pull, out):
 @sums
 def _lumped(model, basis, other, out):
     """Sums of the products of two bases, at the two nodes beside each pixel."""
-    runs, channels = len(model.starts) // len(model.bias), len(model.bias)
+    runs, channels, m = len(model.starts) // len(model.bias), len(model.bias), len(model.fixed)
     left, right = np.zeros(len(model.starts)), np.zeros(len(model.starts))
     for t in range(len(basis)):
         one, two, share, rest = basis[t], other[t], model.halves[t, 0], model.halves[t, 1]
@@ -144,7 +144,7 @@ def _lumped(model, basis, other, out):
             left[r] += share[r] * value
             right[r] += rest[r] * value
     for c in range(channels):
-        i = model.first[0] + 1
+        i = c * m + model.first[0] + 1
         for r in range(runs):
             out[i + r] += left[c * runs + r]
             out[i + 1 + r] += right[c * runs + r]
@@ -255,11 +255,21 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
     for u in range(kinds):
         for v in range(u):
             weights[v, u] = weights[u, v]
+    pulled = of_all_channels(pulls[0], len(model.fixed))
     for x in range(at.visibility):
-        gradient[x] = dot(columns[x], pulls[0])
+        gradient[x] = dot(columns[x], pulled)
     if deviation > 0:
         _spread_columns(columns, deviation * (len(model.fixed) - 1) / pixels)
     _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls, band)
+
+
+@sums
+def of_all_channels(values, m):
+    """Sums over the channels of what is at the nodes of all in turn, shape (m,)."""
+    total = values[:m].copy()
+    for i in range(m, len(values)):
+        total[i % m] += values[i]
+    return total
 
 
 @sums
@@ -301,18 +311,19 @@ def _rows(model):
 @sums
 def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls, band):
     """Hessian and gradient from the sums at the nodes."""
-    at, m = model.at, columns.shape[1]
+    at, m, count = model.at, columns.shape[1], len(model.bias) * columns.shape[1]
     first, modes = at.visibility, at.visibility - at.modes
     weighed = np.empty((first, m))
     hessian[:] = 0.0
     _weigh(band, columns[:first], weighed)
     fill_products(weighed, columns, first, hessian)
-    mixed = np.empty(m)
+    every = np.empty(count)
     for s in range(modes):
         row = at.modes + s
         bright, dark = model.brightness[s], model.darkness[s]
-        for i in range(m):
-            mixed[i] = weights[0, 1, i] * bright[i] + weights[0, 2, i] * dark[i]
+        for i in range(count):
+            every[i] = weights[0, 1, i] * bright[i] + weights[0, 2, i] * dark[i]
+        mixed = of_all_channels(every, m)
         for x in range(first):
             product = dot(columns[x], mixed)
             if x == row:
@@ -324,7 +335,7 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
         for t in range(s + 1):
             total = 0.0
             other, darker = model.brightness[t], model.darkness[t]
-            for i in range(m):
+            for i in range(count):
                 total += bright[i] * (weights[1, 1, i] * other[i] + weights[1, 2, i] * darker[i])
                 total += dark[i] * (weights[1, 2, i] * other[i] + weights[2, 2, i] * darker[i])
             hessian[row, at.modes + t] += total
@@ -334,8 +345,9 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
         row = rows[u]
         if row < 0:
             continue
+        mixed = of_all_channels(weights[0, u], m)
         for x in range(first):
-            hessian[row, x] = dot(columns[x], weights[0, u])
+            hessian[row, x] = dot(columns[x], mixed)
         for s in range(modes):
             hessian[row, at.modes + s] += dot(model.brightness[s], weights[1, u])
             hessian[row, at.modes + s] += dot(model.darkness[s], weights[2, u])
@@ -359,13 +371,14 @@ def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, we
 def empty_linearised(model):
     """Room for what `fill_linearised` fills in."""
     size, nodes, kinds = model.at.size, len(model.fixed), BASES + len(model.leaks)
+    every = len(model.bias) * nodes
     return Linearised(
         np.zeros((size, size)),
         np.zeros(size),
         np.zeros((size, size)),
         np.zeros((size, nodes)),
-        np.zeros((kinds, kinds, nodes)),
-        np.zeros((kinds, nodes)),
+        np.zeros((kinds, kinds, every)),
+        np.zeros((kinds, every)),
         np.zeros((4, nodes)),
     )
 
@@ -441,6 +454,17 @@ def banded(about: Linearised, waves: Array) -> Array:
     return weighed_waves(about.band, np.ascontiguousarray(waves))
 
 
+def pulled_phase(about: Linearised) -> Array:
+    """What the residuals of all channels pull the phase at the nodes by, shape (m,)."""
+    return over_channels(about.pulls[0], about.columns.shape[1])
+
+
+def over_channels(values: Array, nodes: int) -> Array:
+    """Sums over the channels of what is at the nodes of all in turn, shape (..., m)."""
+    channels = values.shape[-1] // nodes
+    return values.reshape(*values.shape[:-1], channels, nodes).sum(axis=-2)
+
+
 def _singles(model: FrameModel) -> list[tuple[int, int]]:
     """Ways to change a pixel that have an unknown of their own, and where it stands."""
     return [(u, int(row)) for u, row in enumerate(rows_of(model)) if row >= 0]
@@ -453,12 +477,12 @@ def shared_information(
 
     `weighed` is what `banded` makes of the waves, if it is at hand.
     """
-    at, weights = model.at, about.weights
+    at, weights, nodes = model.at, about.weights, waves.shape[1]
     found = about.columns @ (banded(about, waves) if weighed is None else weighed).T
-    found[at.modes : at.visibility] += model.brightness @ (weights[0, 1] * waves).T
-    found[at.modes : at.visibility] += model.darkness @ (weights[0, 2] * waves).T
+    bright, dark = weights[0, 1] * model.brightness, weights[0, 2] * model.darkness
+    found[at.modes : at.visibility] += over_channels(bright + dark, nodes) @ waves.T
     for u, row in _singles(model):
-        found[row] = waves @ weights[0, u]
+        found[row] = waves @ over_channels(weights[0, u], nodes)
     return found
 
 
@@ -469,13 +493,14 @@ def light_information(model: FrameModel, about: Linearised, bright: Array, dark:
     ----------
     model, about
         Of a frame, with modes of its own.
-    bright, dark : ndarray, shape (k, m)
+    bright, dark : ndarray, shape (k, C m)
         Changes of the amplitude, relative to it, and of the offset, grey levels.
     """
     at, weights = model.at, about.weights
     by_phase, by_bright, by_dark = (weights[u, 1] * bright + weights[u, 2] * dark for u in range(3))
     found = np.zeros((at.size, len(bright)))
-    found[: at.visibility] = about.columns[: at.visibility] @ by_phase.T
+    phases = over_channels(by_phase, about.columns.shape[1])
+    found[: at.visibility] = about.columns[: at.visibility] @ phases.T
     modes = slice(at.modes, at.visibility)
     found[modes] += model.brightness @ by_bright.T + model.darkness @ by_dark.T
     for u, row in _singles(model):

@@ -36,6 +36,7 @@ from fringeforce.estimation.linearised_frame import (
     Linearised,
     banded,
     linearise,
+    pulled_phase,
     shared_information,
     spread_profiles,
 )
@@ -276,7 +277,7 @@ class Posterior:
         all pixels.
         """
         waves, loss = _waves(len(self.model.fixed)), about.hessian + about.cone
-        pulls, fitted = waves @ about.pulls[0], about.gradient
+        pulls, fitted = waves @ pulled_phase(about), about.gradient
         seen = spread_profiles(self.model, top.unknowns, waves)
         cross, own = shared_information(self.model, about, seen), seen @ banded(about, seen).T
         chance = _chance(Score.beside((fitted, loss), cross, (pulls, own)))

@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design.light import CROSSTALK, pairs_of_channels
+from fringeforce.design.light import CROSSTALK, light_of_channels, pairs_of_channels
+from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.frame_model import (
     FrameModel,
@@ -64,6 +65,16 @@ RETARDANCE = 0.1
 FARTHEST_PLACE = 1.0
 """Common place of contacts that is followed, in spacings of the tactels."""
 UNEVEN_LIGHT = "camera.unevenness"
+
+
+def drawn_value(sensor: Sensor, path: str) -> float:
+    """Number of a design at a path; the amplitude of a channel that states none is the camera's."""
+    channels = light_of_channels(len(sensor.polariscope.pictures))
+    if path in channels:
+        return float(sensor.light[0][channels[path]])
+    found = number_at(sensor, path)
+    assert found is not None
+    return found[0]
 
 
 class Widened(NamedTuple):
@@ -172,16 +183,21 @@ class Departures:
 
     def _light(self) -> list[Departure]:
         full, frame = self.uncertain.frame.full_scale, self.uncertain.frame
+        polariscope = self.model.sensor.polariscope
+        alike = [one.amplitude is None for one in polariscope.pictures]
+        lit = {"camera.amplitude": np.array(alike)}
+        lit |= {
+            path: np.arange(len(alike)) == c for path, c in light_of_channels(len(alike)).items()
+        }
         spread = float(np.max(frame.spread))
         crosstalk = Departure(CROSSTALK, LEAK, own=self._leaky)
-        per_metre = 1 / (self.model.sensor.polariscope.wavelength * np.sqrt(8 * np.log(2)))
+        per_metre = 1 / (polariscope.wavelength * np.sqrt(8 * np.log(2)))
         return [
-            Departure(
-                "camera.amplitude",
-                LAMP,
-                lambda frame, by: frame._replace(amplitude=frame.amplitude * (1 + by)),
-                limits=(-0.9, inf),
-            ),
+            *[
+                Departure(path, LAMP, partial(_brighter, which), limits=(-0.9, inf))
+                for path, which in lit.items()
+                if which.any()
+            ],
             Departure(
                 "camera.offset",
                 DARK * full,
@@ -254,8 +270,8 @@ class Departures:
         length = LIGHT_LENGTH * abs(places[-1] - places[0])
         field = UNEVEN * random_field(places, length, len(frame.fixed))
         wider = frame._replace(
-            brightness=np.concatenate([frame.brightness, field]),
-            darkness=np.concatenate([frame.darkness, 0 * field]),
+            brightness=np.concatenate([frame.brightness, np.tile(field, len(frame.bias))]),
+            darkness=np.concatenate([frame.darkness, np.tile(0 * field, len(frame.bias))]),
             at=_grown(at, "modes", len(field)),
         )
         return Widened(wider, np.arange(at.visibility, at.visibility + len(field)), field)
@@ -380,11 +396,10 @@ class Departures:
             sensor, x = self.model.sensor, self.uncertain.places
             half = sensor.transducer.length / 2
             plain = sensor.model_copy(update={"tolerances": Tolerances()})
-            found = number_at(sensor, path)
-            assert found is not None
+            value = drawn_value(sensor, path)
             places, drawn = np.clip(x, -half, half), self._drawn.influence
             behind, ahead = (
-                characterize(with_values(plain, {path: found[0] * (1 + way * LAYERS[path])}))
+                characterize(with_values(plain, {path: value * (1 + way * LAYERS[path])}))
                 for way in (-1, 1)
             )
             nominal = drawn(places)
@@ -404,6 +419,12 @@ class Departures:
     @cached_property
     def _solutions(self) -> dict[str, tuple[Array, Array]]:
         return {}
+
+
+def _brighter(which: NDArray[np.bool_], frame: FrameModel, by: float) -> FrameModel:
+    """Some channels with more light."""
+    lines = frame.amplitude.reshape(len(which), -1) * (1 + by * which[:, None])
+    return frame._replace(amplitude=lines.ravel())
 
 
 def _grown(at: Layout, group: str, count: int) -> Layout:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.design.parts import Converter
-from fringeforce.design.strip import Camera
+from fringeforce.design.strip import Sensor
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.bench_record import BenchRecord
 from fringeforce.optics.camera import noise_variance
@@ -182,20 +182,21 @@ class Calibration:
         return np.sqrt(np.diag(self.covariance)) * np.where(relative, np.abs(self.values), 1.0)
 
 
-def designed_response(camera: Camera, seen: Sequence[Picture]) -> Response:
+def designed_response(sensor: Sensor, seen: Sequence[Picture]) -> Response:
     """Response of a camera to the pictures of a design, all pixels of each in turn."""
+    camera, (bright, dark) = sensor.camera, sensor.light
     if len(seen) == 1 and replace(seen[0].fringe, spread=0.0) == Fringe():
-        return camera_response(camera)
-    fringes = [[p.fringe.amplitude, p.fringe.bias, p.fringe.offset] for p in seen]
-    amplitude, bias, offset = np.repeat(fringes, camera.pixels, axis=0).T
-    light = camera.amplitude * amplitude, camera.offset + camera.amplitude * offset
-    return replace(camera_response(camera, *light), bias=bias)
+        return camera_response(camera, float(bright[0]), float(dark[0]))
+    fringes = np.array([[p.fringe.amplitude, p.fringe.bias, p.fringe.offset] for p in seen]).T
+    own = [bright * fringes[0], fringes[1], dark + bright * fringes[2]]
+    amplitude, bias, offset = np.repeat(own, camera.pixels, axis=1)
+    return replace(camera_response(camera, amplitude, offset), bias=bias)
 
 
 def camera_response(
     camera: Converter,
-    amplitude: Array | None = None,
-    offset: Array | None = None,
+    amplitude: Array | float | None = None,
+    offset: Array | float | None = None,
     light_variance: float = 0.0,
 ) -> Response:
     """Response of a camera; it clips only where its noise can carry a level beyond its range.
@@ -204,8 +205,8 @@ def camera_response(
     ----------
     camera : Converter
         As designed.
-    amplitude, offset : ndarray, shape (P,), optional
-        Measured ones, which take the place of the design's, grey levels.
+    amplitude, offset : ndarray, shape (P,), or float, optional
+        Measured ones, or those of a channel, which take the place of the design's, grey levels.
     light_variance : float
         Variance by which they are uncertain from pixel to pixel, squared grey levels.
     """

@@ -162,6 +162,17 @@ class SensorModel:
         """Shape of a frame: (n_pixels,), or (n_channels, n_pixels) if there are several."""
         return self.sensor.frame_shape
 
+    @property
+    def lighting(self) -> tuple[Array, Array]:
+        """Amplitude and offset, as measured at every pixel or as designed, grey levels.
+
+        Both can be multiplied with frames, whose shape is `frame_shape`.
+        """
+        if self.imaging is not None:
+            seen = self.imaging
+            return seen.amplitude.reshape(self.frame_shape), seen.offset.reshape(self.frame_shape)
+        return camera_optics.designed_lighting(self.sensor)
+
     @cached_property
     def _pictures(self) -> list[Picture]:
         light = self.sensor.polariscope
@@ -185,7 +196,7 @@ class SensorModel:
         """What the camera makes of the phases of all channels, as measured or as designed."""
         camera, imaging = self.sensor.camera, self.imaging
         if imaging is None:
-            return designed_response(camera, self._pictures)
+            return designed_response(self.sensor, self._pictures)
         light = imaging.amplitude, imaging.offset, imaging.light_variance
         return camera_response(camera, *light)
 
@@ -391,9 +402,8 @@ class SensorModel:
             Grey levels, uint8 up to 8 bits and uint16 above.
         """
         seen = self._light(np.asarray(phase, dtype=float)) * (1.0 if light is None else light)
-        lighting = (self.imaging.amplitude, self.imaging.offset) if self.imaging else None
         frame_axes = len(self.frame_shape)
-        return camera_optics.expose(self.sensor.camera, seen, rng, lighting, frame_axes)
+        return camera_optics.expose(self.sensor.camera, seen, rng, self.lighting, frame_axes)
 
     def as_built(self, rng: camera_optics.Rng = None) -> BuiltSensor:
         """Draw one real sensor from the tolerances of the design.
@@ -484,8 +494,7 @@ class SensorModel:
             With a standard deviation of one if the model explains the frames.
         """
         grey = numbers(frames, "Grey levels")
-        lighting = (self.imaging.amplitude, self.imaging.offset) if self.imaging else None
-        seen = camera_optics.delivered(self.sensor.camera, self.intensity(forces), lighting)
+        seen = camera_optics.delivered(self.sensor.camera, self.intensity(forces), self.lighting)
         expected = seen.reshape(*seen.shape[: seen.ndim - len(self.frame_shape)], -1)
         usable = 1 if self.imaging is None else self.imaging.usable
         left = misfit(grey.reshape(expected.shape), expected, self.response).slope

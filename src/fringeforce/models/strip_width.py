@@ -120,7 +120,8 @@ class StripWidth:
         self, forces: ArrayLike, rng: camera_optics.Rng = None
     ) -> NDArray[np.unsignedinteger]:
         """Frames of the averaged light, equation (13); arguments as for `SensorModel.expose`."""
-        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng)
+        lighting = camera_optics.designed_lighting(self.sensor)
+        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng, lighting)
 
 
 def strip_width(

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from fringeforce.design.light import CROSSTALK, Polariscope, pairs_of_channels
+from fringeforce.design.light import CHANNELS, CROSSTALK, Polariscope, pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.estimation.frame_model import (
@@ -95,8 +95,9 @@ class Mode:
         Its standard deviation, in the unit of the value.
     influence : tuple of ndarray, shape (m, n, 2)
         Change of the influence matrix at the nodes with each power of the unknown [rad/N].
-    brightness, darkness : ndarray, shape (m,), or float
-        Change of the amplitude, relative to it, and of the offset, grey levels.
+    brightness, darkness : ndarray, shape (m,) or (C, 1), or float
+        Change of the amplitude, relative to it, and of the offset, grey levels; along the strip or
+        of each channel.
     """
 
     name: str
@@ -225,8 +226,9 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     if imaging is None:
         bright = together(light, [np.array([f.amplitude]) for f in fringes])
         dark = together(light, [np.array([f.offset]) for f in fringes])
-        amplitude = np.repeat(camera.amplitude * bright, pixels)
-        offset = np.repeat(camera.offset + camera.amplitude * dark, pixels)
+        drawn, black = sensor.light
+        amplitude = np.repeat(drawn * np.ravel(bright), pixels)
+        offset = np.repeat(black + drawn * np.ravel(dark), pixels)
         visibility = light.visibility
     else:  # measured amplitudes hold the visibility already
         amplitude, offset, visibility = imaging.amplitude, imaging.offset, 1.0
@@ -268,8 +270,8 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         fixed=fixed,
         influence=coefficients(_powers(turning, psi), nodes),
         curvature=coefficients(_curvature(model, np.clip(x, -half, half), shown), nodes),
-        brightness=_profiles([mode.brightness for mode in modes], nodes),
-        darkness=_profiles([mode.darkness for mode in modes], nodes),
+        brightness=_profiles([mode.brightness for mode in modes], (len(seen), nodes)),
+        darkness=_profiles([mode.darkness for mode in modes], (len(seen), nodes)),
         amplitude=np.asarray(amplitude, dtype=float),
         offset=np.asarray(offset, dtype=float),
         dispersion=np.array([picture.dispersion for picture in seen]),
@@ -368,8 +370,10 @@ def _size(profile: Array | float) -> float:
     return float(np.max(np.abs(profile)))
 
 
-def _profiles(rows: list[Array | float], nodes: int) -> Array:
-    return np.array([np.broadcast_to(row, nodes) for row in rows], dtype=float).reshape(-1, nodes)
+def _profiles(rows: list[Array | float], shape: tuple[int, int]) -> Array:
+    """At the nodes of all channels in turn, from those of a shape (channels, nodes)."""
+    found = np.array([np.broadcast_to(row, shape) for row in rows], dtype=float)
+    return found.reshape(-1, shape[0] * shape[1])
 
 
 def _nodes(model: SensorModel) -> tuple[NDArray[np.int64], Array, Array]:
@@ -541,16 +545,22 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
     half = sensor.transducer.length / 2
     taken = {PLACEMENT, WIDTH, RESIDUAL, "polariscope.visibility", "camera.blur", "camera.gamma"}
     elsewhere = (*RELAXING, *THERMAL, CROSSTALK)
+    channels = sensor.polariscope.pictures
     plain = sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
     for path, std in sensor.tolerances.items():
+        if path.startswith(CHANNELS):
+            modes += _channel_modes(sensor, path, std)
+            continue
         found = number_at(sensor, path)
         if path in taken or found is None or path.startswith(elsewhere):
             continue
         value = found[0]
         if path == "camera.amplitude":
-            modes.append(Mode(path, std, brightness=std / value))
+            shown = np.array([[one.amplitude is None] for one in channels])
+            modes.append(Mode(path, std, brightness=shown * (std / value)))
         elif path == "camera.offset":
-            modes.append(Mode(path, std, darkness=std))
+            shown = np.array([[one.offset is None] for one in channels])
+            modes.append(Mode(path, std, darkness=shown * std))
         elif path in ("camera.shift", "camera.scale"):
             step = std if path == "camera.shift" else std * x
             far = [model.influence(np.clip(x + e * step, -half, half)) for e in SHIFTS]
@@ -568,6 +578,15 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
         for row in uneven * random_field(x, sensor.transducer.length * LIGHT_LENGTH, nodes):
             modes.append(Mode("camera.unevenness", uneven, brightness=row))
     return modes
+
+
+def _channel_modes(sensor: Sensor, path: str, std: float) -> list[Mode]:
+    """Unknowns of the light of one channel, of which other values are taken as they are."""
+    *_, number, name = path.split(".")
+    own = np.eye(len(sensor.polariscope.pictures))[:, [int(number)]]
+    if name == "amplitude":
+        return [Mode(path, std, brightness=own * (std / sensor.light[0][int(number)]))]
+    return [Mode(path, std, darkness=own * std)] if name == "offset" else []
 
 
 def _changes(

@@ -25,8 +25,8 @@ def grey_levels(camera: Converter, intensity: ArrayLike, lighting: Lighting | No
         Converter whose amplitude A and offset I_o are in grey levels.
     intensity : array_like, any shape
         Normalised intensity, 0 to 1.
-    lighting : pair of ndarray, shape (n_pixels,), optional
-        Amplitude and offset of every pixel in place of the camera's.
+    lighting : pair of ndarray, optional
+        Amplitude and offset of every pixel or channel in place of the camera's.
     """
     amplitude, offset = (camera.amplitude, camera.offset) if lighting is None else lighting
     return amplitude * np.asarray(intensity, dtype=float) + offset
@@ -52,8 +52,8 @@ def expose(
     rng : int, numpy.random.Generator or None
         Source of the noise: a seed, a generator that goes on from where it is, or None for fresh
         noise.
-    lighting : pair of ndarray, shape (n_pixels,), optional
-        Amplitude and offset of every pixel in place of the camera's, grey levels.
+    lighting : pair of ndarray, optional
+        Amplitude and offset of every pixel or channel in place of the camera's, grey levels.
     frame_axes : int, optional
         Trailing axes of one frame, which share its light; all axes if not given.
 
@@ -142,6 +142,13 @@ def blurred(light: Array, deviation: float) -> Array:
     else:
         kernel = np.exp(-np.square(steps / deviation) / 2)
     return np.asarray(correlate1d(light, kernel / kernel.sum(), mode="nearest"))
+
+
+def designed_lighting(sensor: Sensor) -> Lighting:
+    """Amplitude and offset of a design, which frames of its channels can be multiplied with."""
+    shape = (-1,) if len(sensor.frame_shape) == 1 else (-1, 1)
+    amplitude, offset = sensor.light
+    return amplitude.reshape(shape), offset.reshape(shape)
 
 
 def on_sensor(sensor: Sensor, light: Array) -> Array:

@@ -22,6 +22,7 @@ from fringeforce.estimation.linearised_frame import (
     banded,
     light_information,
     linearise,
+    over_channels,
     shared_information,
     spread_profiles,
 )
@@ -42,8 +43,9 @@ class CalibrationUncertainty:
     ----------
     influence : ndarray, shape (d, m, 2n)
         Changes of the matrix with the first d of them [rad/N].
-    brightness, darkness : ndarray, shape (k, m)
-        Changes of the amplitude, relative to it, and of the offset, grey levels.
+    brightness, darkness : ndarray, shape (k, C m)
+        Changes of the amplitude, relative to it, and of the offset, grey levels, of all channels in
+        turn.
     fields : ndarray, shape (k, m)
         Changes of the phase without load [rad].
     lens : ndarray, shape (k, 2)
@@ -113,11 +115,13 @@ class CalibrationUncertainty:
         """
         one = self._linearised(model, prior, unknowns, used, modes)
         weights, bright, dark = one.about.weights, self.brightness, self.darkness
-        by_bright, by_dark = (weights[u, 1] * bright + weights[u, 2] * dark for u in (1, 2))
+        by_phase, by_bright, by_dark = (
+            weights[u, 1] * bright + weights[u, 2] * dark for u in range(3)
+        )
         # each pair of phase, light and lens once, then its transpose
         half = (
             one.spread
-            @ (banded(one.about, one.spread) / 2 + weights[0, 1] * bright + weights[0, 2] * dark).T
+            @ (banded(one.about, one.spread) / 2 + over_channels(by_phase, one.spread.shape[1])).T
         )
         half += (bright @ by_bright.T + dark @ by_dark.T) / 2
         half += one.lens @ (one.by_lens + one.lens_own @ one.lens.T / 2)

@@ -16,8 +16,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from fringeforce.base.arrays import Array, Index
-from fringeforce.design.light import CROSSTALK, pairs_of_channels
-from fringeforce.design.tolerances import Tolerances, number_at, with_values
+from fringeforce.design.light import CROSSTALK, light_of_channels, pairs_of_channels
+from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, positive
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
@@ -26,6 +26,7 @@ from fringeforce.estimation.linearised_frame import (
     Linearised,
     banded,
     linearise,
+    pulled_phase,
     shared_information,
     spread_profiles,
 )
@@ -33,7 +34,13 @@ from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, square_limit
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
-from fringeforce.models.departures import LAYERS, LEAK, UNEVEN_LIGHT, Departures
+from fringeforce.models.departures import (
+    LAYERS,
+    LEAK,
+    UNEVEN_LIGHT,
+    Departures,
+    drawn_value,
+)
 from fringeforce.models.node_splines import coefficients
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
@@ -130,6 +137,7 @@ class StripDepartureTest:
         sensor = self.model.sensor
         stated = {*_places(self.uncertain), *sensor.tolerances}
         paths = LIGHT + (SIZES if sensor.transducer.solved_in_a_plane else ())
+        paths += tuple(light_of_channels(len(sensor.polariscope.pictures)))
         return tuple(
             Tested(one.path, one.deviation, one.one is not None)
             for one in Departures(self.model, self.uncertain).all
@@ -161,11 +169,8 @@ class StripDepartureTest:
 
     def _unit(self, departure: Tested) -> float:
         """What the size of a departure is relative to; one if it is not."""
-        if departure.path not in LAYERS and departure.path != "camera.amplitude":
-            return 1.0
-        found = number_at(self.model.sensor, departure.path)
-        assert found is not None
-        return found[0]
+        relative = departure.path in LAYERS or departure.path.endswith(".amplitude")
+        return drawn_value(self.model.sensor, departure.path) if relative else 1.0
 
     @cached_property
     def _fitted(self) -> Index:
@@ -241,7 +246,7 @@ class StripDepartureTest:
             (about.gradient[fitted], loss[np.ix_(fitted, fitted)]),
             np.concatenate([loss[np.ix_(fitted, tested)], both[fitted]], axis=1),
             (
-                np.concatenate([about.gradient[tested], waves @ about.pulls[0]]),
+                np.concatenate([about.gradient[tested], waves @ pulled_phase(about)]),
                 changes,
             ),
         )
@@ -266,7 +271,7 @@ class StripDepartureTest:
             return frame.fields[group - frame.at.fields]
         if departure.path == CROSSTALK:
             return departure.deviation * np.eye(len(group))
-        return frame.brightness[group - frame.at.modes]
+        return frame.brightness[group - frame.at.modes, : len(frame.fixed)]  # all channels alike
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design.light import pairs_of_channels
+from fringeforce.design.light import light_of_channels, pairs_of_channels
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import (
     expose,
@@ -22,7 +22,14 @@ from fringeforce.estimation.frame_exposure import (
 from fringeforce.estimation.hypotheses import SAME_PHASE
 from fringeforce.estimation.posterior import Top
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
-from fringeforce.models.departures import BLUR, LEAK, SCATTER, Departure, Departures
+from fringeforce.models.departures import (
+    BLUR,
+    LEAK,
+    SCATTER,
+    Departure,
+    Departures,
+    drawn_value,
+)
 from fringeforce.models.strip import characterize
 from fringeforce.reading.departure_fit import Fit, begin, distinct
 from fringeforce.reading.findings import (
@@ -237,8 +244,11 @@ class Diagnosis:
             wide = {"camera.blur": BLUR * pixel}
             if allowance.light:
                 wide |= WIDER
-                wide["camera.amplitude"] *= sensor.camera.amplitude
-                wide |= dict.fromkeys(pairs_of_channels(len(sensor.polariscope.channels)), LEAK)
+                channels = len(sensor.polariscope.channels)
+                share = wide["camera.amplitude"]
+                for path in ("camera.amplitude", *light_of_channels(channels)):
+                    wide[path] = share * drawn_value(sensor, path)
+                wide |= dict.fromkeys(pairs_of_channels(channels), LEAK)
             if sensor.transducer.solved_in_a_plane and allowance.contacts:
                 wide |= {PLACEMENT: SCATTER * pitch, WIDTH: ALLOWED_WIDTH * pitch}
             for path, std in sensor.tolerances.items():

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fringeforce.design.light import CROSSTALK
+from fringeforce.design.light import CHANNELS, CROSSTALK
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE, WIDTH
 from fringeforce.models.departures import UNEVEN_LIGHT
 
@@ -134,8 +134,24 @@ def _deviations(fit: Fitted) -> str:
 
 def _claim(fit: Fitted, model: Model) -> str:
     departure, size = fit.departure, fit.size
-    say = _ONE[departure.path] if departure.one else _MANY[departure.path]
-    return say(size, model)
+    path, number = _channel(departure.path)
+    said = (_ONE[path] if departure.one else _MANY[path])(size, model)
+    return said.replace("the light", f"the light of channel {number}") if number else said
+
+
+def _channel(path: str) -> tuple[str, int]:
+    """Path of what one channel has of its own, as that of the camera, and its number; 0 of all."""
+    if not path.startswith(CHANNELS):
+        return path, 0
+    *_, place, name = path.split(".")
+    return f"camera.{name}", int(place) + 1
+
+
+def _named(path: str) -> str:
+    """What to give a tolerance, for a departure of a path."""
+    name, number = _channel(path)
+    *_, last = name.split(".")
+    return f"{last} of channel {number} in polariscope.channels" if number else path
 
 
 def _length(metres: float) -> str:
@@ -235,9 +251,9 @@ def _remedy(paths: list[str], model: Model, between: str = " or ") -> str:
     given = [path for path in unique if path not in _NOT_TOLERANCES and path not in stated]
     wider = [path for path in unique if path not in _NOT_TOLERANCES and path in stated]
     if given:
-        found.append(f"give {between.join(given)} a tolerance")
+        found.append(f"give {between.join(map(_named, given))} a tolerance")
     if wider:
-        found.append(f"widen the tolerance of {between.join(wider)}")
+        found.append(f"widen the tolerance of {between.join(map(_named, wider))}")
     if model.sensor.kind == "strip" and not {
         "tactels.placement",
         "tactels.contact_width",

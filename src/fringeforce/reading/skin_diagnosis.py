@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Mask
-from fringeforce.design.light import CROSSTALK, pairs_of_channels
-from fringeforce.design.tolerances import Tolerances, number_at
+from fringeforce.design.light import CROSSTALK, light_of_channels, pairs_of_channels
+from fringeforce.design.tolerances import Tolerances
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.departures import (
     BLUR,
@@ -27,6 +27,7 @@ from fringeforce.models.departures import (
     LEAK,
     RETARDANCE,
     VISIBILITY,
+    drawn_value,
 )
 from fringeforce.reading.findings import RIVAL, UNEXPLAINED, sentence
 from fringeforce.reading.skin_fit import Explanation
@@ -94,13 +95,13 @@ class SkinDiagnosis:
         stds = {"polariscope.visibility": (VISIBILITY, False), "camera.gamma": (GAMMA, False)}
         stds |= {"camera.blur": (BLUR * pixel, False), "camera.amplitude": (BRIGHTNESS, True)}
         channels = len(sensor.polariscope.channels)
+        stds |= dict.fromkeys(light_of_channels(channels), (BRIGHTNESS, True))
         stds |= {CROSSTALK: (LEAK, False)} if channels > 1 else {}
         stds |= {RESIDUAL: (RETARDANCE, False), "camera.scale": (CAMERA_SCALE, False)}
         stds |= {path: (share, True) for path, share in LAYERS.items()}
         found = list[tuple[SkinDeparture, float, SkinReader]]()
         for path, (std, relative) in stds.items():
-            drawn = number_at(sensor, path)
-            wide = std * drawn[0] if relative and drawn is not None else std
+            wide = std * drawn_value(sensor, path) if relative else std
             paths = pairs_of_channels(channels) if path == CROSSTALK else [path]
             stated = {**sensor.tolerances, **dict.fromkeys(paths, wide)}
             made = sensor.model_copy(update={"tolerances": Tolerances(stated)})

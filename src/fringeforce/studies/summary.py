@@ -79,7 +79,7 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
     density = fringe_density(model)
     pixel = _mm(strip.length / camera.pixels)
     # phase that changes a grey level by its noise, halfway between dark and bright
-    told = float(f"{2 * np.sqrt(noise_variance(camera)) / camera.amplitude:.2g}")
+    told = float(f"{2 * np.sqrt(noise_variance(camera)) / sensor.light[0].max():.2g}")
     size = f"{_mm(strip.length)} x {_mm(strip.width)}"
     given = strip.plane == "given"
     drawn = [
@@ -93,6 +93,7 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
     return [
         *drawn,
         ("camera", f"{camera.pixels} pixels of {pixel}, {camera.bits} bits"),
+        *_channels(sensor),
         *constant,
         (
             "peak phase per newton",
@@ -108,6 +109,18 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
         *([] if given else [_strain(model)]),
         ("solved by", provenance_words(model)),
     ]
+
+
+def _channels(sensor: Sensor) -> list[tuple[str, str]]:
+    """Light of every channel, if there are several."""
+    polariscope = sensor.polariscope
+    told = [
+        f"{1e9 * (one.wavelength or polariscope.wavelength):.4g} nm"
+        + f" + {one.bias:g} degrees" * bool(one.bias)
+        + f", {bright:.3g} over {dark:.3g}"
+        for one, bright, dark in zip(polariscope.pictures, *sensor.light, strict=True)
+    ]
+    return [("channels [grey levels]", "; ".join(told))] if len(told) > 1 else []
 
 
 def _named(values: Array) -> dict[str, float]:
