@@ -8,6 +8,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.contact_phase import ContactPhases, ContactSize
+from fringeforce.design.light import CROSSTALK
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.estimation.frame_model import FrameModel
@@ -31,15 +32,15 @@ amplitude."""
 ERRORS = {"height": 0.03, "slope": 0.03}
 """The same of columns' errors in height and in place, over the columns."""
 SMOOTH = {"residual": 0, "bright": 1, "dark": 1, "height": 0, "slope": 0}
-"""What has a size that the frames tell, and how many unknowns of each are free: the mean of the
-light."""
+"""What has a size that the frames tell, and how many unknowns of each channel are free: the mean of
+the light."""
 LAMP, BLUR, GAMMA, SHIFT, SCALE = 0.5, 6.0, 0.1, 2.0, 10.0
 """Before the frames: amplitude, relative; blur [pixels]; gamma; shift and scale [their units]."""
 THINNED = 2
 """Every so many samples between the nodes are enough for what is smooth over the cover."""
 
 
-def smooth_fields(sensor: Sensor, x: Array, nodes: int, grey: float) -> tuple[Array, Array, Array]:
+def smooth_fields(sensor: Sensor, x: Array, nodes: int, grey: Array) -> tuple[Array, Array, Array]:
     """Residual [rad], amplitude, relative, and offset [grey levels] that are expected, as modes.
 
     Parameters
@@ -50,21 +51,24 @@ def smooth_fields(sensor: Sensor, x: Array, nodes: int, grey: float) -> tuple[Ar
         Places of the samples between the nodes [m].
     nodes : int
         Number of nodes m.
-    grey : float
-        Usual amplitude, grey levels.
+    grey : ndarray, shape (C,)
+        Usual amplitude of each channel, grey levels.
 
     Returns
     -------
     fields : ndarray, shape (r, m)
         Of the residual.
-    brightness, darkness : ndarray, shape (2l, m)
+    brightness, darkness : ndarray, shape (2l, C m)
         What the same modes change in amplitude and offset: half of them the one, half the other.
+        Each is of one channel; those that are even come first.
     """
     residual = random_field(x, sensor.polariscope.residual_length, nodes)
     uneven = random_field(x, LIGHT_LENGTH * sensor.transducer.length, nodes)
-    even, none = np.ones((1, nodes)), np.zeros((1 + len(uneven), nodes))
+    each = np.eye(len(grey))
+    even, uneven = (np.asarray(np.kron(each, one)) for one in (np.ones((1, nodes)), uneven))
     bright = np.concatenate([LAMP * even, FIELDS["bright"] * uneven])
-    dark = FIELDS["dark"] * grey * np.concatenate([even, uneven])
+    dark = FIELDS["dark"] * np.concatenate([even, uneven]) * np.repeat(grey, nodes)
+    none = np.zeros(bright.shape)
     return (
         np.ascontiguousarray(FIELDS["residual"] * residual),
         np.concatenate([bright, none]),
@@ -97,18 +101,19 @@ def frame_template(sensor: Sensor, contacts: ContactPhases) -> tuple[FrameModel,
         Nodes, fields, light, lens.
     places : ndarray, shape (s,)
         Of samples between the nodes, where a camera as drawn looks [m].
-    lamp : ndarray, shape (2, 2, m)
+    lamp : ndarray, shape (2, 2, C m)
         Changes of amplitude and offset with the gain and the offset of one frame.
     """
-    plain = sensor.model_copy(update={"tolerances": Tolerances()})
+    kept = {path: std for path, std in sensor.tolerances.items() if path.startswith(CROSSTALK)}
+    plain = sensor.model_copy(update={"tolerances": Tolerances(kept)})
     plain = plain.replace(**{"transducer.strain": "linear"})  # its second order is of tactels
     found = uncertainty(replace(characterize(plain), sensor=plain))
     x, frame = found.places, found.frame
     nodes, seen = len(frame.fixed), frame.visibility
-    grey = float(np.mean(frame.amplitude))
+    grey = frame.amplitude.reshape(len(frame.bias), -1).mean(axis=1)
     fields, brightness, darkness = smooth_fields(sensor, x, nodes, grey)
-    lamp = np.zeros((2, 2, nodes))
-    lamp[0, 0], lamp[1, 1] = DOUBT["gain"], DOUBT["offset"] * grey
+    lamp = np.zeros((2, 2, brightness.shape[1]))
+    lamp[0, 0], lamp[1, 1] = DOUBT["gain"], DOUBT["offset"] * float(grey.mean())
     size = contacts.size
     template = frame._replace(
         mixing=contacts.mixing,

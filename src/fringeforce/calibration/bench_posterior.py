@@ -1,9 +1,10 @@
 """One posterior of a bench: the sensor that all frames share, and the contacts of every frame.
 
-Shared are values of the design, the camera's shift and scale, the residual and the light as smooth
-fields, blur and gamma.  Every frame has forces, places and widths of contacts about those that are
-written down, and a lamp of its own.  All are unknowns of a `FrameModel`, as in readings; what a
-design value or the camera's place changes is added to it.
+Shared are values of the design, the camera's shift and scale, the residual and the light of each
+channel as smooth fields, blur, gamma and cross-talk.  Every frame has forces, places and widths of
+contacts about those that are written down, and a lamp of its own, which all channels share.  All
+are unknowns of a `FrameModel`, as in readings; what a design value or the camera's place changes is
+added to it.
 
 How far contacts, forces and lamp scatter, and how large the fields are, is taken from the frames
 where nobody states it: the sizes under which they are most probable (MacKay, Neural Computation 4,
@@ -65,6 +66,7 @@ class Parts(NamedTuple):
     dark: int
     blur: int
     gamma: int
+    crosstalk: int
     written: int
     size: int
 
@@ -74,9 +76,12 @@ class Parts(NamedTuple):
         return slice(self[number], self[number + 1])
 
 
-def parts(design: int, columns: int, fields: int, bright: int, dark: int, written: int) -> Parts:
+def parts(
+    design: int, columns: int, fields: int, bright: int, dark: int, crosstalk: int, written: int
+) -> Parts:
     """Places of the shared unknowns, from the numbers of each; columns have two kinds of errors."""
-    return Parts(*accumulate([0, design, 2, columns, columns, fields, bright, dark, 1, 1, written]))
+    light = bright, dark, 1, 1, crosstalk
+    return Parts(*accumulate([0, design, 2, columns, columns, fields, *light, written]))
 
 
 class BenchContacts:
@@ -127,7 +132,7 @@ class Bench(BenchContacts):
         Of the samples between the nodes along the frame, where a camera as drawn looks [m].
     at : Parts
         Where the shared unknowns stand.
-    lamp : ndarray, shape (2, 2, m)
+    lamp : ndarray, shape (2, 2, C m)
         Changes of amplitude and offset with the gain and the offset of one frame.
     averaged : ndarray, shape (F,)
         How many frames each row is the mean of.
@@ -161,7 +166,7 @@ class Bench(BenchContacts):
     def layouts(self) -> list[Layout]:
         """Where the unknowns of a frame's model stand, by the number of its contacts."""
         fields, modes = len(self.template.fields), len(self.template.brightness) + LAMP
-        more = np.array([fields, modes, 0, 1, 1, 0])
+        more = np.array([fields, modes, 0, 1, 1, len(self.template.leaks)])
         return [
             Layout(2 * k, 2 * k, 3 * k, 4 * k, *(4 * k + np.cumsum(more)).tolist())
             for k in range(self.which.shape[1] + 1)

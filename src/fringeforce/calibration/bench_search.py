@@ -124,6 +124,7 @@ class BenchSearch(ABC):
         self.timed = loads if isinstance(loads, TimedLoads) else None
         self.delay = 0.0 if self.timed is None else self.timed.delay
         self.sensor, self.levels, self.paths = sensor, levels, paths
+        self.channels = len(sensor.polariscope.pictures)
         self.pattern: Pattern | None = None
         self.seen: Mask = np.ones(levels.shape[1], dtype=bool)
         self.stated = sensor.tolerances
@@ -415,7 +416,7 @@ class BenchSearch(ABC):
         for name, first in SMOOTH.items():
             if name not in at._fields:
                 continue
-            own = slice(at.own(name).start + first, at.own(name).stop)
+            own = slice(at.own(name).start + self.channels * first, at.own(name).stop)
             square = float(precision[own] @ np.square(self.state.shared[own]))
             freedom = float((1 - precision[own] * np.diag(covariance)[own]).sum())
             found[name] = (square, freedom, float(own.stop - own.start))

@@ -245,6 +245,10 @@ def _checked(
         raise InputError(
             "update takes a calibrated model; this one is as drawn. Calibrate it first."
         )
+    if model.sensor.kind == "strip" and len(model.frame_shape) > 1:
+        raise InputError(
+            "A strip with several channels is not brought up to date; calibrate it again."
+        )
     if model.sensor.skin is not None and not unloaded and model.sensor.kind == "strip":
         raise InputError(
             "A strip's skin is brought up to date with frames without load; take such frames and "

@@ -15,7 +15,7 @@ from fringeforce.contacts.resultant import Resultant, touch
 from fringeforce.design.strip import Sensor
 from fringeforce.models.as_built import PLACEMENT
 from fringeforce.models.bench_record import BenchRecord
-from fringeforce.models.imaging import Calibration
+from fringeforce.models.imaging import ABSOLUTE, Calibration
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
@@ -90,7 +90,13 @@ def findings(
         rows = ", ".join(map(str, others))
         said.append(f"Frames {rows} contradict the others too and were left out.")
     if found.dead:
-        pixels = ", ".join(map(str, found.dead[:20])) + (" and more" if found.dead[20:] else "")
+        count = model.sensor.camera.pixels
+        several = len(model.frame_shape) > 1
+        places = [
+            f"{number % count}" + f" of channel {number // count + 1}" * several
+            for number in found.dead[:20]
+        ]
+        pixels = ", ".join(places) + (" and more" if found.dead[20:] else "")
         said.append(f"Pixels {pixels} do not follow the light and were left out.")
     return tuple(said)
 
@@ -98,9 +104,9 @@ def findings(
 def _vague(found: Calibration) -> list[str]:
     """Design values that the frames fix but poorly, and what to press for more."""
     said = []
-    for name, value, std in zip(found.names[:-2], found.values, found.std, strict=False):
+    for name, value, std in zip(found.names, found.values, found.std, strict=True):
         unknown = any(name in combination for combination in found.unidentified)
-        unknown = unknown or name.startswith("tactel ")
+        unknown = unknown or name.startswith(ABSOLUTE)
         if std > VAGUE * abs(value) and not unknown:
             said.append(
                 f"{name} is known to {std / abs(value):.0%} only. Press so hard that single loads "
@@ -148,7 +154,7 @@ def _wrong_load(model: SensorModel, levels: Array, loads: BenchLoads, row: int) 
     said = f"Frame {row}, recorded as {recorded}, contradicts the others and was left out"
     if there := _found_elsewhere(model, row):
         return f"{said}; it looks like {there}."
-    reading = Reader(model).search(levels)
+    reading = Reader(model).search(levels.reshape(model.frame_shape))
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
         unsure = " or what makes the same frame" if reading.status is Status.AMBIGUOUS else ""
@@ -201,7 +207,7 @@ def _anywhere(model: SensorModel) -> Reader:
 
 def _read(reader: Reader, levels: Array) -> tuple[Array, Array]:
     """Place, forces and width of the one contact of a frame, and their deviations."""
-    reading = reader.search(levels)
+    reading = reader.search(levels.reshape(reader.model.frame_shape))
     if not reading.trusted:
         return np.full(4, np.nan), np.full(4, np.nan)
     sensor = cast(Sensor, reader.model.sensor)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.judgement import judgement
 from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.design.light import pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, positive
@@ -54,14 +56,20 @@ def calibrated_strip(
     model, origin = _corrected(characterize(made), fit)
     whole = names(sensor, paths)
     single = np.array([path != POSITIONS for path in entries(sensor, paths)], dtype=bool)
-    named = np.append(order, np.arange(at.camera, at.height))
-    unit = np.concatenate([units(sensor, paths, design), [SHIFT, SCALE]])
+    leaks = np.arange(at.crosstalk, at.written)
+    named = np.concatenate([order, np.arange(at.camera, at.height), leaks])
+    shares = _crosstalk(fit)
+    unit = np.concatenate([units(sensor, paths, design), [SHIFT, SCALE], shares.std])
     own = fit.covariance[np.ix_(order[single], order[single])]
     root = _root(fit, covariance)
     calibration = Calibration(
-        names=(*whole, "camera shift", "camera scale"),
-        drawing=np.append(values(sensor, paths, np.zeros(len(whole))), [0.0, 1.0]),
-        values=np.append(values(sensor, paths, design), [shift * SHIFT, 1 + scale * SCALE]),
+        names=(*whole, "camera shift", "camera scale", *shares.names),
+        drawing=np.concatenate(
+            [values(sensor, paths, np.zeros(len(whole))), [0.0, 1.0], shares.drawing]
+        ),
+        values=np.concatenate(
+            [values(sensor, paths, design), [shift * SHIFT, 1 + scale * SCALE], shares.values]
+        ),
         covariance=covariance[np.ix_(named, named)] * np.outer(unit, unit),
         unidentified=unidentified(tuple(np.array(whole)[single].tolist()), own),
         outliers=tuple(np.flatnonzero(~fit.kept[: len(levels)]).tolist()),
@@ -70,7 +78,7 @@ def calibrated_strip(
         findings=(),
         checked=tuple(fit.checked),
         delay=fit.delay,
-        modes=root[: len(named)] * unit[:, None],
+        modes=root[np.r_[: len(order) + 2, len(root) - len(leaks) : len(root)]] * unit[:, None],
         scatter=_scatter(fit),
     )
     model = replace(
@@ -103,9 +111,31 @@ def _made(fit: BenchFit) -> Sensor:
     found = varied(fit.sensor, fit.paths, fit.state.shared[_entry_order(fit)])
     blur, gamma = _lens(fit)[0].tolist()
     known = {"camera.unevenness": 0.0, "transducer.influence_error": 0.0}
+    shares = _crosstalk(fit)
+    known |= dict(zip(shares.names, np.maximum(shares.values, 0.0).tolist(), strict=True))
     return with_values(found, {"camera.blur": blur, "camera.gamma": gamma, **known}).model_copy(
         update={"tolerances": Tolerances(stated)}
     )
+
+
+class _Crosstalk(NamedTuple):
+    """Shares of light that the drawing gives a tolerance: paths, as drawn, as found, tolerances."""
+
+    names: tuple[str, ...]
+    drawing: Array
+    values: Array
+    std: Array
+
+
+def _crosstalk(fit: BenchFit) -> _Crosstalk:
+    """Cross-talk that was unknown, in the order of its unknowns."""
+    sensor, tolerances = fit.sensor, fit.sensor.tolerances
+    pairs = pairs_of_channels(len(sensor.polariscope.pictures))
+    paths = tuple(path for path in pairs if tolerances.get(path))
+    drawn = np.array([sensor.polariscope.crosstalk[c][d] for c, d in (pairs[p] for p in paths)])
+    std = np.array([tolerances[path] for path in paths])
+    found = drawn + std * fit.state.shared[fit.posterior.bench.at.own("crosstalk")]
+    return _Crosstalk(paths, drawn, found, std)
 
 
 def _corrected(model: SensorModel, fit: BenchFit) -> tuple[SensorModel, dict[str, str]]:
@@ -180,6 +210,17 @@ def _root(fit: BenchFit, covariance: Array) -> Array:
     return np.asarray(root @ turn[:, :enough], dtype=float)
 
 
+def _crosstalk_modes(fit: BenchFit, root: Array) -> Array | None:
+    """`Imaging.crosstalk_modes`, from the modes of the shares that were unknown."""
+    shares = _crosstalk(fit)
+    if not shares.names:
+        return None
+    paths = list(pairs_of_channels(len(fit.sensor.polariscope.pictures)))
+    modes = np.zeros((root.shape[1], len(paths)))
+    modes[:, [paths.index(path) for path in shares.names]] = root.T * shares.std
+    return modes
+
+
 def _imaging(fit: BenchFit, root: Array) -> Imaging:
     """Registration, light and residual, with their modes as of `_root`."""
     bench, shared = fit.posterior.bench, fit.state.shared
@@ -187,6 +228,7 @@ def _imaging(fit: BenchFit, root: Array) -> Imaging:
     positions = bench.positions(shared, sensor.pixel_positions)
     margin = 2 * sensor.transducer.length / sensor.camera.pixels
     seen = np.abs(positions) < sensor.transducer.length / 2 - margin
+    seen = np.tile(seen, len(template.bias))
     entries_at = _entry_order(fit)
     design = shared[entries_at]
     jacobian = design_jacobian(sensor, fit.paths, design)
@@ -204,23 +246,24 @@ def _imaging(fit: BenchFit, root: Array) -> Imaging:
         influence += bench.columns.correction(root[height:residual].T, positions)
 
     def pixels(rows: Array) -> Array:
-        values = np.zeros((len(rows), len(positions)))
+        """Values at the pixels of each channel, from those at the nodes."""
+        nodes = len(template.fixed)
+        own = rows.reshape(len(rows), rows.shape[1] // nodes, nodes)
         first, weights = template.first[: len(positions)], template.weights[: len(positions)]
-        for k in range(4):
-            values += rows[:, first + k] * weights[:, k]
-        return values
+        values = sum(own[..., first + k] * weights[:, k] for k in range(4))
+        return np.asarray(values).reshape(len(rows), -1)
 
     fields = pixels(template.fields)
     brightness, darkness = pixels(template.brightness), pixels(template.darkness)
     light = shared[at.bright : at.blur]
-    amplitude = template.amplitude[: len(positions)]
+    amplitude = template.amplitude
     modes = root[bright:blur].T
     sizes = fit.posterior.expected.sizes
     gain, offset = (sizes[name] * unit * fit.shown(name) for name, unit in _lamp(fit).items())
     return Imaging(
         positions=positions,
         amplitude=amplitude * (1 + light @ brightness),
-        offset=template.offset[: len(positions)] + light @ darkness,
+        offset=template.offset + light @ darkness,
         usable=fit.sound & seen,
         influence_modes=influence.reshape(*influence.shape[:2], -1, 2),
         amplitude_modes=amplitude * (modes @ brightness),
@@ -229,5 +272,6 @@ def _imaging(fit: BenchFit, root: Array) -> Imaging:
         drift=(gain, offset),
         residual=shared[at.own("residual")] @ fields,
         phase_modes=root[residual:bright].T @ fields,
-        lens_modes=root[blur:].T * _lens(fit)[1],
+        lens_modes=root[blur : blur + 2].T * _lens(fit)[1],
+        crosstalk_modes=_crosstalk_modes(fit, root[blur + 2 :]),
     )

@@ -139,7 +139,10 @@ class StripSearch(BenchSearch):
         if sensor.transducer.strain == "finite":
             strain = StrainPhases.none(self.centre, len(self.levels), len(contacts.grid))
         light = len(template.brightness) // 2  # as many modes of the offset as of the amplitude
-        at = parts(len(self.centre), 0, len(template.fields), light, light, len(self.written))
+        leaks = len(template.leaks)
+        at = parts(
+            len(self.centre), 0, len(template.fields), light, light, leaks, len(self.written)
+        )
         return Bench(
             self.levels,
             self.which,
@@ -159,10 +162,13 @@ class StripSearch(BenchSearch):
     def _first_pattern(self, references: Mapping[str, Array]) -> Pattern:
         dark, variance, template = None, 1.0, self.bench.template
         if "dark" in references:
-            mean = references["dark"].mean(axis=0)
-            along = np.linspace(-1, 1, len(mean))
-            smooth = np.polynomial.Polynomial.fit(along[self.sound], mean[self.sound], SMOOTH_DARK)
-            dark = np.where(self.sound, mean - smooth(along), 0.0)
+            mean = references["dark"].mean(axis=0).reshape(self.channels, -1)
+            along, sound = np.linspace(-1, 1, mean.shape[1]), self.sound.reshape(mean.shape)
+            smooth = [
+                np.polynomial.Polynomial.fit(along[own], line[own], SMOOTH_DARK)(along)
+                for line, own in zip(mean, sound, strict=True)
+            ]
+            dark = np.where(sound, mean - smooth, 0.0).ravel()
             variance = noise_variance(self.sensor.camera) / len(references["dark"])
         amplitude = float(np.mean(template.amplitude))
         return Pattern.first(self.levels.shape[1], amplitude, dark, variance)
@@ -175,7 +181,7 @@ class StripSearch(BenchSearch):
         deviations[at.own("written")] = self.written
         deviations[at.own("camera")] = SHIFT, SCALE
         for name, first in SMOOTH.items():
-            deviations[at.own(name)][first:] = sizes[name]
+            deviations[at.own(name)][self.channels * first :] = sizes[name]
         scatter = {name: sizes[name] for name in GROUPS}
         scatter["normal"] *= DOUBT["normal"]
         scatter["tangential"] *= DOUBT["tangential"]
@@ -190,7 +196,9 @@ class StripSearch(BenchSearch):
         sensor, shared = self.sensor, self.state.shared
         positions = self.bench.positions(shared, sensor.pixel_positions)
         margin = 2 * sensor.transducer.length / sensor.camera.pixels
-        self.seen = np.abs(positions) < sensor.transducer.length / 2 - margin
+        self.seen = np.tile(
+            np.abs(positions) < sensor.transducer.length / 2 - margin, self.channels
+        )
         frames = np.where(self.sound & self.seen, self.levels, np.nan)
         self.bench = replace(self.bench, frames=frames)
 
@@ -233,7 +241,7 @@ class StripSearch(BenchSearch):
         columns, before = Columns.of(made), self.bench.at
         lengths: list[int] = np.diff(before).tolist()
         residual, bright, dark = lengths[4:7]
-        at = parts(lengths[0], columns.count, residual, bright, dark, lengths[9])
+        at = parts(lengths[0], columns.count, residual, bright, dark, *lengths[9:])
         self.bench = replace(self.bench, columns=columns, at=at)
         added = np.arange(at.height, at.residual)
         kept = np.delete(np.arange(at.size), added)
@@ -278,7 +286,7 @@ class StripSearch(BenchSearch):
             widths = np.where(widths == 0, depth, positive(widths, narrow)[0])
             contacts.append(FrameContacts(places, widths, np.column_stack([normal, tangential])))
         camera = self.sensor.camera
-        noise = 2 * np.sqrt(noise_variance(camera)) / camera.amplitude
+        noise = 2 * np.sqrt(noise_variance(camera)) / float(self.sensor.light[0].max())
         strain = before.about(
             self.sensor,
             self.mechanical,

@@ -349,12 +349,11 @@ class Sensor(Design):
     @property
     def calibration_refusal(self) -> str:
         """Why frames of known loads are not compared with this design; empty if they are."""
-        if not (self.polariscope.channels or self.polariscope.plates):
+        if not self.polariscope.plates:
             return ""
         return (
-            "Known loads are compared in one dark field with perfect plates; give a design without "
-            "polariscope.channels and polariscope.plates, and frames of that channel under its own "
-            "light alone."
+            "Known loads are compared behind perfect plates; give a design without "
+            "polariscope.plates."
         )
 
     @cached_property

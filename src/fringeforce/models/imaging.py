@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.design.light import CROSSTALK
 from fringeforce.design.parts import Converter
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.likelihood import Response
@@ -19,6 +19,10 @@ from fringeforce.optics.polariscope import Picture
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+
+ABSOLUTE = "camera", "tactel ", CROSSTALK
+"""What names of values begin with whose deviations are not relative."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,14 +36,14 @@ class Imaging:
     ----------
     positions : ndarray, shape (P,)
         Places along the strip [m]; beyond its ends for pixels that see no strip.
-    amplitude, offset : ndarray, shape (P,)
-        A and I_o of equation (13) at every pixel, grey levels, as measured: they hold the
-        visibility of the fringes.
-    usable : ndarray of bool, shape (P,)
+    amplitude, offset : ndarray, shape (C P,)
+        A and I_o of equation (13) at every pixel of the C channels in turn, grey levels, as
+        measured: they hold the visibility of the fringes.
+    usable : ndarray of bool, shape (C P,)
         False for pixels that are dead, stuck or see no strip.
     influence_modes : ndarray, shape (d, P, n, 2)
         Modes of the influence matrix [rad/N].
-    amplitude_modes, offset_modes : ndarray, shape (k, P), k >= d
+    amplitude_modes, offset_modes : ndarray, shape (k, C P), k >= d
         Modes of the lighting, grey levels; the first d belong to the modes of the matrix.
     light_variance : float
         Mean variance of the grey levels that amplitude and offset of single pixels, independent
@@ -53,6 +57,8 @@ class Imaging:
         Modes of the residual [rad]; none if not given.
     lens_modes : ndarray, shape (k, 2), optional
         Modes of the camera's blur [m] and gamma; none if not given.
+    crosstalk_modes : ndarray, shape (k, C (C - 1)), optional
+        Modes of the share of light of each pair of channels; none if not given.
     """
 
     positions: Array
@@ -67,6 +73,7 @@ class Imaging:
     residual: Array | None = None
     phase_modes: Array | None = None
     lens_modes: Array | None = None
+    crosstalk_modes: Array | None = None
 
     @classmethod
     def known(cls, positions: Array, amplitude: Array, offset: Array) -> Imaging:
@@ -76,23 +83,8 @@ class Imaging:
         usable = np.ones(pixels, dtype=bool)
         return cls(positions, amplitude, offset, usable, np.empty((0, pixels, 0, 2)), none, none)
 
-    def at(self, pixels: NDArray[Any] | slice) -> Imaging:
-        """Imaging of some pixels only, chosen by a mask, by numbers or by a slice."""
-        return replace(
-            self,
-            positions=self.positions[pixels],
-            amplitude=self.amplitude[pixels],
-            offset=self.offset[pixels],
-            usable=self.usable[pixels],
-            influence_modes=self.influence_modes[:, pixels],
-            amplitude_modes=self.amplitude_modes[:, pixels],
-            offset_modes=self.offset_modes[:, pixels],
-            residual=None if self.residual is None else self.residual[pixels],
-            phase_modes=None if self.phase_modes is None else self.phase_modes[:, pixels],
-        )
-
     def level_modes(self, loads: Array, phase: Array) -> Array:
-        """Modes of the grey levels under given loads, those of the lens left out.
+        """Modes of the grey levels of one channel under given loads, those of the lens left out.
 
         Parameters
         ----------
@@ -125,12 +117,12 @@ class Calibration:
     ----------
     names : tuple of str
         Unknowns: dotted paths of the design or "tactel 1 position" [m] and so on, then, of a strip,
-        "camera shift" [m] and "camera scale" [1].
+        "camera shift" [m], "camera scale" [1] and shares of cross-talk.
     drawing, values : ndarray, shape (d,)
         Before and after.
     covariance : ndarray, shape (d, d)
         Covariance of the logarithms of the design's values, but of places [m], and of values of the
-        camera in their units.
+        camera and of cross-talk in their units.
     unidentified : tuple of str
         Combinations that the frames say nothing of; along them the drawing was kept.
     outliers : tuple of int
@@ -178,7 +170,7 @@ class Calibration:
     @property
     def std(self) -> Array:
         """Standard deviations of the values, shape (d,), in their own units."""
-        relative = np.array([not name.startswith(("camera", "tactel ")) for name in self.names])
+        relative = np.array([not name.startswith(ABSOLUTE) for name in self.names])
         return np.sqrt(np.diag(self.covariance)) * np.where(relative, np.abs(self.values), 1.0)
 
 

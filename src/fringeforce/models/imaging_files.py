@@ -23,7 +23,7 @@ ARRAYS = {
     "amplitude_modes": "grey levels",
     "offset_modes": "grey levels",
 }
-FIELDS = {"residual": "rad", "phase_modes": "rad", "lens_modes": "m, 1"}
+FIELDS = {"residual": "rad", "phase_modes": "rad", "lens_modes": "m, 1", "crosstalk_modes": "1"}
 """Arrays that an imaging may lack."""
 NUMBERS = ("drawing", "values", "covariance")
 RECORD = {
@@ -71,19 +71,23 @@ def read_imaging(file: h5py.File) -> Imaging | None:
         drift=(gain, offset),
         **{n: read(file, f"imaging/{n}") for n in FIELDS if f"imaging/{n}" in file},
     )
-    pixels = len(imaging.positions)
+    pixels, every = len(imaging.positions), len(imaging.amplitude)
     lengths = (
-        len(imaging.amplitude),
-        len(imaging.offset),
-        len(imaging.usable),
         imaging.influence_modes.shape[1],
-        imaging.amplitude_modes.shape[1],
-        imaging.offset_modes.shape[1],
         *(len(field.T) for field in (imaging.residual, imaging.phase_modes) if field is not None),
     )
-    if any(length != pixels for length in lengths):
-        raise ValueError(f"imaging of {pixels} pixels holds arrays of {lengths}")
+    light = (
+        len(imaging.offset),
+        len(imaging.usable),
+        imaging.amplitude_modes.shape[1],
+        imaging.offset_modes.shape[1],
+    )
+    if any(length != pixels for length in lengths) or any(length != every for length in light):
+        raise ValueError(f"imaging of {pixels} pixels holds arrays of {lengths}, {every}, {light}")
     lens, count = imaging.lens_modes, len(imaging.amplitude_modes)
+    shares = imaging.crosstalk_modes
+    if shares is not None and len(shares) != count:
+        raise ValueError(f"imaging of {count} modes holds {len(shares)} modes of cross-talk")
     if lens is not None and lens.shape != (count, 2):
         raise ValueError(f"imaging of {count} modes holds lens modes of the shape {lens.shape}")
     return imaging

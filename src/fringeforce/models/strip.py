@@ -198,7 +198,8 @@ class SensorModel:
         if imaging is None:
             return designed_response(self.sensor, self._pictures)
         light = imaging.amplitude, imaging.offset, imaging.light_variance
-        return camera_response(camera, *light)
+        bias = np.repeat([one.fringe.bias for one in self._pictures], camera.pixels)
+        return replace(camera_response(camera, *light), bias=bias)
 
     def phase(
         self,
@@ -547,10 +548,14 @@ class SensorModel:
         expected = (model.sensor.tactels.count, 2)
         columns = len(model.breaks) - 1
         imaging = model.imaging
-        if imaging is not None and len(imaging.positions) != model.sensor.camera.pixels:
+        if imaging is not None and (
+            len(imaging.positions) != model.sensor.camera.pixels
+            or len(imaging.amplitude) != np.prod(model.frame_shape)
+        ):
             raise FileFormatError(
-                f"{path} is damaged: its imaging has {len(imaging.positions)} pixels and its "
-                f"camera {model.sensor.camera.pixels}. Calibrate the sensor again."
+                f"{path} is damaged: its imaging has {len(imaging.positions)} pixels, with light "
+                f"of {len(imaging.amplitude)}, and a frame {model.frame_shape}. Calibrate the "
+                "sensor again."
             )
         if model.psi.shape[1:] != expected or columns < 1 or len(model.psi) % columns:
             raise FileFormatError(

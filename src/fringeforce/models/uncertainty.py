@@ -194,7 +194,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     shown = _inside(x, half)
     if imaging is not None:
         nearest = np.clip(np.rint(positions), 0, len(pixel) - 1).astype(np.int64)
-        shown |= ~imaging.usable[nearest]
+        shown |= ~imaging.usable.reshape(-1, len(pixel))[:, nearest].any(axis=0)
     psi = model.influence(np.clip(x, -half, half)) * shown[:, None, None]
     moments, reach = _contact_moments(model, x, psi, shown)
     modes = _design_modes(model, x, nodes) + _drift(model)

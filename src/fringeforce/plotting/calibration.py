@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import Any
 
 import matplotlib as mpl
@@ -68,7 +69,7 @@ def draw_fields(imaging: Imaging, residual: ArrayLike) -> Figure:
     with mpl.rc_context(STYLE):
         canvas, axes = _panels(6.0, 3, sharex=True)
         order = np.argsort(imaging.positions)
-        order = order[imaging.usable[order]]
+        order = order[imaging.usable.reshape(-1, len(order))[:, order].any(axis=0)]
         modes = imaging.phase_modes
         none = np.zeros((0, len(imaging.positions)))
         fields = (
@@ -78,10 +79,16 @@ def draw_fields(imaging: Imaging, residual: ArrayLike) -> Figure:
         )
         x = MILLI * imaging.positions[order]
         for ax, (values, own, label) in zip(axes, fields, strict=True):
-            reach = INTERVAL * np.sqrt(np.square(own).sum(axis=0))[order]
-            middle = values[order]
-            ax.fill_between(x, middle - reach, middle + reach, color=MARK, alpha=0.25, linewidth=0)
-            ax.plot(x, middle, color=MARK, linewidth=1.4)
+            reach = INTERVAL * np.sqrt(np.square(own).sum(axis=0))
+            for line, width, colour in zip(  # of each channel
+                values.reshape(-1, len(imaging.positions))[:, order],
+                reach.reshape(-1, len(imaging.positions))[:, order],
+                cycle((MARK, SHEAR, WRONG)),
+                strict=False,
+            ):
+                band = line - width, line + width
+                ax.fill_between(x, *band, color=colour, alpha=0.25, linewidth=0)
+                ax.plot(x, line, color=colour, linewidth=1.4)
             ax.set_ylabel(label)
         axes[-1].set(xlabel="x [mm]", xlim=(x[0], x[-1]))
         canvas.align_ylabels()

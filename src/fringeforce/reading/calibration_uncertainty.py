@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.design.light import pairs_of_channels
 from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, expose, positive
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout
@@ -29,7 +30,7 @@ from fringeforce.estimation.linearised_frame import (
 from fringeforce.estimation.shared_fit import FrameTerms
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import at_nodes
+from fringeforce.models.uncertainty import Crosstalk, at_nodes
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -48,8 +49,10 @@ class CalibrationUncertainty:
         turn.
     fields : ndarray, shape (k, m)
         Changes of the phase without load [rad].
-    lens : ndarray, shape (k, 2)
-        Changes of the blur [pixels] and of the gamma.
+    lens : ndarray, shape (k, 2 + l)
+        Changes of the blur [pixels], of the gamma, and of what `leaks` are.
+    leaks : ndarray, shape (l, C, C + 1)
+        Change of the cross-talk of a `FrameModel` with each share that was unknown.
     """
 
     influence: Array
@@ -57,6 +60,7 @@ class CalibrationUncertainty:
     darkness: Array
     fields: Array
     lens: Array
+    leaks: Array
 
     @classmethod
     def left_in(cls, model: SensorModel) -> CalibrationUncertainty | None:
@@ -71,17 +75,31 @@ class CalibrationUncertainty:
         """What an imaging of a model states."""
         influence = at_nodes(model, np.moveaxis(imaging.influence_modes, 1, -1))
         columns = influence.reshape(len(influence), -1, influence.shape[-1])
-        brightness = at_nodes(model, imaging.amplitude_modes / np.maximum(imaging.amplitude, 1.0))
-        phase, lens = imaging.phase_modes, imaging.lens_modes
+        count, channels = len(imaging.amplitude_modes), len(model.sensor.polariscope.pictures)
+        brightness, darkness = (
+            at_nodes(model, one.reshape(count, channels, -1)).reshape(count, -1)
+            for one in (
+                imaging.amplitude_modes / np.maximum(imaging.amplitude, 1.0),
+                imaging.offset_modes,
+            )
+        )
+        phase = imaging.phase_modes
+        if phase is None:
+            phase = np.zeros((count, len(imaging.positions)))
+        lens = np.zeros((count, 2)) if imaging.lens_modes is None else imaging.lens_modes
+        shares, pairs = imaging.crosstalk_modes, pairs_of_channels(channels)
+        stds = {} if shares is None else dict.fromkeys(pairs, 1.0)
+        shares = np.zeros((count, 0)) if shares is None else shares
         camera = model.sensor.camera
         pixel = model.sensor.transducer.length / camera.pixels
         power = 1.0 if camera.response in ("linear", "sRGB") else float(camera.response)
         return cls(
             np.ascontiguousarray(np.swapaxes(columns, 1, 2)),
             brightness,
-            at_nodes(model, imaging.offset_modes),
-            np.zeros_like(brightness) if phase is None else at_nodes(model, phase),
-            np.zeros((len(brightness), 2)) if lens is None else lens * [1 / pixel, power],
+            darkness,
+            at_nodes(model, phase),
+            np.concatenate([lens * [1 / pixel, power], shares], axis=1),
+            Crosstalk.of(model.sensor.polariscope, stds).leaks,
         )
 
     def covariance(self, model: FrameModel, prior: Prior, unknowns: Array, used: Mask) -> Array:
@@ -132,8 +150,8 @@ class CalibrationUncertainty:
         self, model: FrameModel, prior: Prior, unknowns: Array, used: Mask, modes: Array | None
     ) -> _About:
         at, loads = model.at, unknowns[: model.at.loads]
-        # blur and gamma are unknowns now, and the first mode is what the sensor is
-        sizes = np.add(np.diff(at[1:]), [0, 0, 0, 1, 0, 0, 0, 0])
+        # blur, gamma and shares are unknowns now, and the first mode is what the sensor is
+        sizes = np.add(np.diff(at[1:]), [0, 0, 0, 1, 0, 0, 0, len(self.leaks)])
         sizes[-3:-1] = 1
         wide = Layout(at.loads, *accumulate(sizes.tolist(), initial=at.loads))
         scale = np.array([model.blur_std or 1.0, model.gamma_std or 1.0])
@@ -143,7 +161,8 @@ class CalibrationUncertainty:
             start = blur - NARROWEST_BLUR**2 / (4 * blur)
             slope = positive(start, NARROWEST_BLUR)[1]
             start = (start - model.blur) / scale[0]
-        lens = self.lens / (scale * [slope, 1.0])
+        lens = self.lens.copy()
+        lens[:, :2] /= scale * [slope, 1.0]
         found = np.zeros(len(self.brightness)) if modes is None else modes
         influence = np.tensordot(found[: len(self.influence)], self.influence, 1)
         first = np.zeros((1, *model.influence.shape[1:]))
@@ -155,14 +174,17 @@ class CalibrationUncertainty:
             darkness=np.concatenate([[found @ self.darkness], model.darkness]),
             blur_std=float(scale[0]),
             gamma_std=float(scale[1]),
+            leaks=np.concatenate([model.leaks, self.leaks]) if len(self.leaks) else model.leaks,
             at=wide,
         )
         own = np.ones(wide.size, dtype=bool)
         own[wide.modes] = False
         own[wide.blur], own[wide.gamma] = at.gamma > at.blur, at.crosstalk > at.gamma
+        pair = [wide.blur, wide.gamma, *range(wide.size - len(self.leaks), wide.size)]
+        own[pair[2:]] = False
         there, precision, mean = np.zeros((3, wide.size))
         there[own], precision[own], mean[own] = unknowns, prior.precision, prior.mean
-        there[[wide.blur, wide.gamma]] += found @ lens
+        there[pair] += found @ lens
         there[wide.blur] += start
         there[wide.modes] = 1.0
         frame = np.where(used, expose(whole, there)[0], np.nan)
@@ -174,7 +196,6 @@ class CalibrationUncertainty:
         spread = spread_profiles(whole, there, turned)
         shared = shared_information(whole, about, spread)
         shared += light_information(whole, about, self.brightness, self.darkness)
-        pair = [wide.blur, wide.gamma]
         by_lens = shared[pair]
         shared += hessian[:, pair] @ lens.T
         return _About(
@@ -191,8 +212,8 @@ class CalibrationUncertainty:
 class _About(NamedTuple):
     """A frame about what explains it: `own` and `cross` as of `FrameTerms`, and what modes do.
 
-    That is the change of the phase at the nodes (k, m) and of the unknowns of the lens (k, 2), what
-    the lens has to do with phase and light (2, k), and with itself (2, 2).
+    That is the change of the phase at the nodes (k, m) and of the unknowns of lens and shares
+    (k, 2 + l), what these have to do with phase and light (2 + l, k), and with themselves.
     """
 
     own: Array

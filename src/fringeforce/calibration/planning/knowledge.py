@@ -192,11 +192,16 @@ def knowledge(source: Sensor | SensorModel, parameters: Sequence[str] | None = N
     InputError
         If a path cannot be calibrated, or differs from those of the model's calibration.
     """
+    sensor = source if isinstance(source, Sensor) else source.sensor
+    if len(sensor.polariscope.pictures) > 1:
+        raise InputError(
+            "Loads are planned for one channel; give the design without polariscope.channels. "
+            "Several channels tell more of every load."
+        )
     if isinstance(source, SensorModel) and source.calibration and source.imaging:
         found = _of_calibration(source, source.calibration, source.imaging)
         checked_against(found.paths, parameters)
         return found
-    sensor = source if isinstance(source, Sensor) else source.sensor
     paths = checked_paths(
         sensor, tuple(usual_parameters(sensor) if parameters is None else parameters)
     )
@@ -224,7 +229,7 @@ def _of_drawing(sensor: Sensor, paths: tuple[str, ...]) -> Knowledge:
     model = replace(jacobian.model, sensor=plain, imaging=lit)
     grey = float(np.mean(frame.amplitude))
     fields, brightness, darkness = before.smooth_fields(
-        sensor, found.places, len(frame.fixed), grey
+        sensor, found.places, len(frame.fixed), np.array([grey])
     )
     slope = jacobian.matrix(jacobian.centre, x, slope=True)
     place = np.array([before.SHIFT * SHIFT_UNIT, before.SCALE * SCALE_UNIT])
@@ -246,6 +251,7 @@ def _of_drawing(sensor: Sensor, paths: tuple[str, ...]) -> Knowledge:
         among(darkness, moving + len(fields)),
         among(fields, moving),
         among(np.diag([before.BLUR, before.GAMMA]), moving + len(fields) + lights),
+        np.zeros((0, 1, 2)),
     )
     root = np.append(unsure * units(sensor, paths, 0 * unsure), place)
     margin = sensor.transducer.length * (1 / 2 - 2 / sensor.camera.pixels)

@@ -1,0 +1,158 @@
+"""Calibration of a strip under three lights at once, on frames of the exact series."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+from scipy.stats import binom, chi2
+
+import fringeforce as ff
+from fringeforce.design.strip import Sensor
+from reading.exact_frames import Bench, drawing, loads
+
+Array = NDArray[np.float64]
+pytestmark = pytest.mark.slow
+
+EFFECT = "transducer.photoelastic.strain_optic_coefficient"
+MODULUS = "transducer.compliant.youngs_modulus"
+THICKNESS = "transducer.compliant.thickness"
+CROSSTALK = "polariscope.crosstalk"
+WAVES = "635 nm", "525 nm", "470 nm"
+PIXELS, PRESSES, NEW = 512, 32, 20
+SHIFT = 0.12e-3
+FAR = 3.3
+"""Standard deviations beyond which one of a thousand values lies."""
+CHANCE = 1e-3
+
+
+def drawn(**values: object) -> Sensor:
+    lights = [
+        {"wavelength": w, "amplitude": a} for w, a in zip(WAVES, (200, 160, 220), strict=True)
+    ]
+    return drawing(
+        **{
+            "camera.pixels": PIXELS,
+            "tactels.contact_width": "0.2 mm",
+            "camera.amplitude": 200.0,
+            "camera.offset": 12.0,
+            "polariscope.channels": lights,
+            CROSSTALK: "5 +/- 3 %",
+            **values,
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    """A sensor that is not as drawn, in nothing but what a calibration finds."""
+    rng, made = np.random.default_rng(41), drawn()
+    true = {EFFECT: 0.053, MODULUS: 10.2e6, THICKNESS: 0.51e-3}
+    along = np.linspace(-1, 1, PIXELS)
+    others = np.abs(0.05 + 0.03 * rng.standard_normal((3, 3))) * (1 - np.eye(3))
+    own = Bench(
+        made.replace(**true),
+        made.tactels.positions,
+        np.full(11, 0.2e-3),
+        shift=SHIFT,
+        residual=0.1 * np.cos(4 * along),
+        gain=np.array([1 + 0.04 * np.sin(2 * along), 1 - 0.05 * along**2, 1 + 0.03 * along]),
+        visibility=0.97,
+        blur=1.2,
+        shares=others + np.diag(1 - others.sum(axis=1)),
+        light=(np.array([196.0, 152.0, 212.0]), np.array([13.0, 11.0, 12.0])),
+    )
+    influence = own.influence()
+    own.influence = lambda: influence  # type: ignore[method-assign]  # the same of all frames
+    return own
+
+
+def pressed(bench: Bench, seed: int) -> tuple[Array, NDArray[np.uint8]]:
+    """Presses on one or two tactels, and frames of them."""
+    rng = np.random.default_rng([43, seed])
+    forces = loads(rng, PRESSES, largest=2.5)
+    few = np.argsort(rng.random(forces.shape[:2])) < rng.integers(1, 3, (PRESSES, 1))
+    forces[~few] = 0.0
+    return forces, bench.frames(forces, rng)
+
+
+@pytest.fixture(scope="module")
+def model(bench: Bench) -> ff.SensorModel:
+    forces, frames = pressed(bench, 0)
+    return ff.calibrate(drawn(), frames, forces)
+
+
+def test_the_sensor_is_found_with_its_cross_talk(bench: Bench, model: ff.SensorModel) -> None:
+    found = model.calibration
+    assert found is not None
+    assert found.usable
+    assert bench.shares is not None
+    layers = bench.sensor.transducer
+    true = {
+        EFFECT: layers.photoelastic.strain_optic_coefficient,
+        MODULUS: layers.compliant.youngs_modulus,
+        THICKNESS: layers.compliant.thickness,
+        "camera shift": SHIFT,
+        "camera scale": 1.0,
+    }
+    true |= {
+        f"{CROSSTALK}.{c}.{d}": bench.shares[c, d] for c in range(3) for d in range(3) if c != d
+    }
+    assert set(found.names) == set(true)
+    for name, value, std in zip(found.names, found.values, found.std, strict=True):
+        assert abs(value - true[name]) < FAR * std, name
+        if name.startswith(CROSSTALK):
+            assert std < 0.03  # of the drawing
+            drawn_share = model.sensor.polariscope.crosstalk[int(name[-3])][int(name[-1])]
+            assert drawn_share == pytest.approx(max(value, 0.0))
+
+
+def test_light_is_found_channel_by_channel(bench: Bench, model: ff.SensorModel) -> None:
+    seen = model.imaging
+    assert seen is not None
+    assert bench.light is not None
+    bright = bench.visibility * bench.light[0][:, None] * bench.gain
+    unsure = np.sqrt(np.square(seen.amplitude_modes).sum(axis=0))
+    off = (seen.amplitude - bright.ravel())[seen.usable] / unsure[seen.usable]
+    assert np.mean(np.abs(off) < 2) > 0.8  # neighbours err together
+    assert np.abs(off).max() < 5
+
+
+def test_new_frames_are_read_within_their_deviations(
+    bench: Bench, model: ff.SensorModel, tmp_path
+) -> None:
+    model.save(tmp_path / "m.h5")
+    reader, rng = ff.Reader(ff.load_model(tmp_path / "m.h5")), np.random.default_rng(47)
+    forces = loads(rng, NEW)
+    readings = [reader.search(frame) for frame in bench.frames(forces, rng)]
+    good = [k for k, one in enumerate(readings) if one.ok]
+    assert NEW - len(good) <= binom.ppf(1 - CHANCE, NEW, 0.02)
+    squares = []
+    for k in good:
+        off = (readings[k].forces - forces[k]).ravel()
+        squares.append(off @ np.linalg.solve(readings[k].covariance, off))
+    # readings share the calibration, some dozen numbers
+    low, high = chi2.ppf([CHANCE, 1 - CHANCE], 22 * len(good) / 2)
+    assert low < np.sum(squares) / 2 < high
+    single = readings[good[0]]
+    alone = ff.Reader(model).search(bench.frames(forces[:1], np.random.default_rng(47))[0])
+    assert_allclose(alone.std, single.std, rtol=0.05)
+
+
+def test_a_sensor_that_is_not_the_drawn_one_is_not_to_be_used(bench: Bench) -> None:
+    forces, frames = pressed(bench, 1)
+    thin = drawn(**{THICKNESS: "0.45 +/- 0.005 mm"})
+    found = ff.calibrate(thin, frames, forces, aside=0).calibration
+    assert found is not None
+    assert not found.usable
+    assert "not the one of the drawing" in found.findings[0]
+
+
+def test_dead_pixels_of_one_channel_are_left_out_and_named(bench: Bench) -> None:
+    forces, frames = pressed(bench, 2)
+    frames[:, 1, 100] = 90
+    model = ff.calibrate(drawn(), frames, forces, aside=0)
+    assert model.calibration is not None
+    assert model.calibration.dead == (PIXELS + 100,)
+    assert any(
+        "Pixels 100 of channel 2 do not follow" in said for said in model.calibration.findings
+    )
