@@ -65,14 +65,14 @@ def smooth_fields(sensor: Sensor, x: Array, nodes: int, grey: Array) -> tuple[Ar
     residual = random_field(x, sensor.polariscope.residual_length, nodes)
     uneven = random_field(x, LIGHT_LENGTH * sensor.transducer.length, nodes)
     each = np.eye(len(grey))
-    even, uneven = (np.asarray(np.kron(each, one)) for one in (np.ones((1, nodes)), uneven))
+    even, uneven = np.kron(each, np.ones((1, nodes))), np.kron(each, uneven)
     bright = np.concatenate([LAMP * even, FIELDS["bright"] * uneven])
     dark = FIELDS["dark"] * np.concatenate([even, uneven]) * np.repeat(grey, nodes)
     none = np.zeros(bright.shape)
     return (
         np.ascontiguousarray(FIELDS["residual"] * residual),
-        np.concatenate([bright, none]),
-        np.concatenate([none, dark]),
+        np.concatenate([bright, none]).astype(np.float64),
+        np.concatenate([none, dark]).astype(np.float64),
     )
 
 

@@ -105,7 +105,8 @@ def calibrate(
 
     Estimated together, as the most probable of all (maximum a posteriori): the chosen design
     values; the camera's shift and scale along the strip; amplitude and offset of the light and the
-    retardance without load, as smooth fields; blur and gamma; and of every frame the forces, places
+    retardance without load, as smooth fields; blur and gamma; of several channels the light of each
+    and cross-talk that the design gives a tolerance; and of every frame the forces, places
     and widths of its contacts about what is written down, and gain and offset of its light.  What
     the design or the list of loads states as a tolerance is taken as stated; how far all else
     scatters, the frames tell.  Where the strain of a strip is finite, each frame is solved at its
@@ -117,7 +118,7 @@ def calibrate(
     sensor : Sensor or Pad
         The drawing; its camera's noise is taken as known.  Of a pad light, residual and camera are
         those of its tolerances (one amplitude, no gamma), and columns are not corrected.
-    frames : array_like, shape (F, n_pixels), or (F, rows, columns) of a pad
+    frames : array_like, shape (F, n_pixels), or (F, rows, columns) of a pad, channels behind F
         Grey levels; unloaded frames have zero forces and determine the offset.
     forces : array_like, shape (F, n, components), BenchLoads, LoadLog, or sequences of Press
         Known normal and tangential forces of tactels [N]; or contacts at any place, for every
