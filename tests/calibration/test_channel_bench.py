@@ -7,7 +7,10 @@ from numpy.typing import NDArray
 from scipy.stats import binom, chi2
 
 import fringeforce as ff
+from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor
+from fringeforce.plotting.calibration_report import calibration_report
+from fringeforce.studies.summary import calibration_summary
 from reading.exact_frames import Bench, drawing, loads
 
 Array = NDArray[np.float64]
@@ -138,6 +141,15 @@ def test_new_frames_are_read_within_their_deviations(
     assert_allclose(alone.std, single.std, rtol=0.05)
 
 
+def test_summary_and_report_have_the_shares(model: ff.SensorModel, tmp_path) -> None:
+    said = "\n".join(calibration_summary(model))
+    assert f"{CROSSTALK}.0.1" in said
+    assert "0.05 -> 0.0" in said
+    calibration_report(model, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    assert f"{CROSSTALK}.2.1" in page
+
+
 def test_a_sensor_that_is_not_the_drawn_one_is_not_to_be_used(bench: Bench) -> None:
     forces, frames = pressed(bench, 1)
     thin = drawn(**{THICKNESS: "0.45 +/- 0.005 mm"})
@@ -156,3 +168,12 @@ def test_dead_pixels_of_one_channel_are_left_out_and_named(bench: Bench) -> None
     assert any(
         "Pixels 100 of channel 2 do not follow" in said for said in model.calibration.findings
     )
+
+
+def test_plans_and_updates_of_several_channels_are_refused(
+    bench: Bench, model: ff.SensorModel
+) -> None:
+    with pytest.raises(InputError, match="planned for one channel"):
+        ff.plan_presses(drawn(), 4)
+    with pytest.raises(InputError, match="several channels is not brought up to date"):
+        ff.update(model, pressed(bench, 3)[1][:4])

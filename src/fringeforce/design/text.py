@@ -58,10 +58,13 @@ def left_out(value: Any, info: FieldInfo) -> bool:
 
 def unit_at(design: BaseModel, path: str) -> str | None:
     """SI unit of the value at a dotted path, "meter" or "pascal"; none for a plain number."""
-    *parents, name = path.split(".")
-    for parent in parents:
-        design = getattr(design, parent)
-    return unit_of(type(design).model_fields[name])
+    info = None
+    for key in path.split("."):  # numbers in lists are of their field
+        if key.isdigit():
+            design = design[int(key)] if isinstance(design, tuple) else design
+            continue
+        info, design = type(design).model_fields[key], getattr(design, key)
+    return None if info is None else unit_of(info)
 
 
 def unit_of(info: FieldInfo) -> str | None:
