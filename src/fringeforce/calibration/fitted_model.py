@@ -18,7 +18,7 @@ from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.judgement import judgement
 from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.calibration.timed_loads import TimedLoads
-from fringeforce.design.light import pairs_of_channels
+from fringeforce.design.light import CROSSTALK, MOST_CROSSTALK, pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, positive
@@ -112,7 +112,14 @@ def _made(fit: BenchFit) -> Sensor:
     blur, gamma = _lens(fit)[0].tolist()
     known = {"camera.unevenness": 0.0, "transducer.influence_error": 0.0}
     shares = _crosstalk(fit)
-    known |= dict(zip(shares.names, np.maximum(shares.values, 0.0).tolist(), strict=True))
+    # a fit of wrong loads may find shares that no design allows
+    allowed = dict(zip(shares.names, np.maximum(shares.values, 0.0).tolist(), strict=True))
+    for number, drawn in enumerate(found.polariscope.crosstalk):
+        own = [path for path in shares.names if path.startswith(f"{CROSSTALK}.{number}.")]
+        whole = sum(drawn) + sum(allowed[p] - drawn[int(p.rsplit(".", 1)[1])] for p in own)
+        if whole >= MOST_CROSSTALK:
+            allowed |= {path: drawn[int(path.rsplit(".", 1)[1])] for path in own}
+    known |= allowed
     return with_values(found, {"camera.blur": blur, "camera.gamma": gamma, **known}).model_copy(
         update={"tolerances": Tolerances(stated)}
     )
