@@ -60,7 +60,7 @@ def combine(matrix: Single, loads: Single, bias: Single, phase: Single) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
-def add_products(matrix: Single, values: Single, total: Array) -> None:
+def add_products(matrix: Single, values: Single | Array, total: Array) -> None:
     """Add the products of the rows with values over pixels, shape (rows,), as precise as these."""
     rows, pixels = matrix.shape
     for j in range(0, rows, 4):
