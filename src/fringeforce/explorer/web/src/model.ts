@@ -2,7 +2,6 @@
 
 import type { Value } from "./controls";
 import type { Block, Message } from "./protocol";
-import type { Mesh } from "./stress";
 
 export interface Figure {
   key: string;
@@ -23,6 +22,13 @@ export interface Facts {
   /** Whether what loads do to the light changes while they last. */
   creeps: boolean;
   as_drawn: boolean;
+}
+
+/** Corners of elements [m], and their displacements: u, then w, column by column from the base up [m]. */
+export interface Mesh {
+  mesh_x: Float32Array;
+  mesh_z: Float32Array;
+  moved: Float32Array;
 }
 
 /** Cells of the stress picture along the strip; the rows follow from the blocks' sizes. */

@@ -6,11 +6,11 @@ import type { Picture } from "./download";
 import { figure, rastered } from "./figure";
 import { drawFringes, fringeCount } from "./fringes";
 import { LEFT, layout, type Layout, RIGHT, Sight } from "./layout";
-import { intensity, type Model, type Reading } from "./model";
+import { intensity, type Mesh, type Model, type Reading } from "./model";
 import { showVerdict } from "./page";
 import { Plot } from "./plots";
 import { Readings } from "./readings";
-import { drawScale, drawStress, megapascals, type Mesh, NAMES } from "./stress";
+import { drawScale, drawStress, megapascals, NAMES } from "./stress";
 import type { Store } from "./store";
 import { Strip } from "./strip";
 

@@ -5,11 +5,10 @@ import type { Connection } from "./connection";
 import { blankCanvas, byId, write } from "./dom";
 import { drawFringes } from "./fringes";
 import { layout } from "./layout";
-import type { Model } from "./model";
+import type { Mesh, Model } from "./model";
 import { fixed } from "./numbers";
 import { Plot } from "./plots";
 import { answer, type Message } from "./protocol";
-import type { Mesh } from "./stress";
 
 type Strain = "linear" | "finite";
 const STRAINS: { key: Strain; name: string; hint: string }[] = [

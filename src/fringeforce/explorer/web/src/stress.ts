@@ -3,7 +3,7 @@
 import { blit, colourBar, FONT, prepared } from "./canvas";
 import { CIVIDIS, diverging, inked, painted } from "./colours";
 import { LEFT, type Layout, RIGHT } from "./layout";
-import { COLUMNS, type Model } from "./model";
+import { COLUMNS, type Mesh, type Model } from "./model";
 import { largest, niceAbove } from "./numbers";
 import type { Component } from "./store";
 
@@ -22,13 +22,6 @@ const SPOKEN: Record<Component, string> = {
 const MARGIN = 16;
 const SCALE_HEIGHT = 40;
 const SHOWN_SINKING = 0.1;
-
-/** Corners of elements [m], and their displacements: u, then w, column by column from the base up [m]. */
-export interface Mesh {
-  mesh_x: Float32Array;
-  mesh_z: Float32Array;
-  moved: Float32Array;
-}
 
 /** One stress of a layer [Pa], from the three that the server sent one after another. */
 export function picked(all: Float32Array, component: Component): Float32Array {
