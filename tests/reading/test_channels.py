@@ -131,8 +131,17 @@ def test_a_frame_of_another_number_of_channels_is_a_bad_frame(models) -> None:
     assert "(2, 2048)" in reading.advice
 
 
-def test_benches_of_several_channels_are_refused_with_a_remedy(models) -> None:
-    model = models["quadrature"]
+@pytest.mark.slow
+def test_a_bench_in_quadrature_finds_the_modulus(models) -> None:
+    """One picture hardly tells loads where its light is at an extreme; the other does there."""
+    model, modulus = models["quadrature"], "transducer.compliant.youngs_modulus"
+    start = model.sensor.replace(
+        **{modulus: 1.05 * model.sensor.transducer.compliant.youngs_modulus}
+    )
     forces = contacts(np.random.default_rng(7), 5)
-    with pytest.raises(ff.FringeforceError, match="one dark field"):
-        ff.calibrate(model.sensor, model.expose(forces, rng=8), forces)
+    found = ff.calibrate(start, model.expose(forces, rng=8), forces, [modulus])
+    truth = model.sensor.transducer.compliant.youngs_modulus
+    calibration = found.calibration
+    assert calibration is not None
+    at = calibration.names.index(modulus)
+    assert abs(calibration.values[at] - truth) < 4 * calibration.std[at] < 0.04 * truth

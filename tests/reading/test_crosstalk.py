@@ -119,7 +119,7 @@ def test_a_reader_that_knows_of_none_refuses_and_names_it(plain: ff.Sensor) -> N
     named = sum("cross-talk" in one.findings[0] for one in readings)
     assert named >= binom.ppf(1e-3, REFUSED, 0.9)
     assert "% root mean square of the light of each other one" in readings[1].findings[0]
-    assert readings[1].findings[0].endswith("give polariscope.crosstalk a tolerance.")
+    assert readings[1].findings[0].endswith("a tolerance or calibrate.")
 
 
 @pytest.mark.slow
