@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import cycle
+from itertools import count, cycle
 from typing import Any
 
 import matplotlib as mpl
@@ -80,7 +80,8 @@ def draw_fields(imaging: Imaging, residual: ArrayLike) -> Figure:
         x = MILLI * imaging.positions[order]
         for ax, (values, own, label) in zip(axes, fields, strict=True):
             reach = INTERVAL * np.sqrt(np.square(own).sum(axis=0))
-            for line, width, colour in zip(  # of each channel
+            for channel, line, width, colour in zip(
+                count(1),
                 values.reshape(-1, len(imaging.positions))[:, order],
                 reach.reshape(-1, len(imaging.positions))[:, order],
                 cycle((MARK, SHEAR, WRONG)),
@@ -88,8 +89,11 @@ def draw_fields(imaging: Imaging, residual: ArrayLike) -> Figure:
             ):
                 band = line - width, line + width
                 ax.fill_between(x, *band, color=colour, alpha=0.25, linewidth=0)
-                ax.plot(x, line, color=colour, linewidth=1.4)
+                ax.plot(x, line, color=colour, linewidth=1.4, label=f"channel {channel}")
             ax.set_ylabel(label)
+        if len(axes[0].lines) > 1:
+            place = {"loc": "lower left", "bbox_to_anchor": (0, 1)}
+            axes[0].legend(fontsize=8, ncols=len(axes[0].lines), **place)
         axes[-1].set(xlabel="x [mm]", xlim=(x[0], x[-1]))
         canvas.align_ylabels()
         return canvas
