@@ -18,7 +18,7 @@ from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.judgement import judgement
 from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.calibration.timed_loads import TimedLoads
-from fringeforce.design.light import CROSSTALK, MOST_CROSSTALK, pairs_of_channels
+from fringeforce.design.light import MOST_CROSSTALK, pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, positive
@@ -114,11 +114,11 @@ def _made(fit: BenchFit) -> Sensor:
     shares = _crosstalk(fit)
     # a fit of wrong loads may find shares that no design allows
     allowed = dict(zip(shares.names, np.maximum(shares.values, 0.0).tolist(), strict=True))
+    pairs = pairs_of_channels(len(found.polariscope.pictures))
     for number, drawn in enumerate(found.polariscope.crosstalk):
-        own = [path for path in shares.names if path.startswith(f"{CROSSTALK}.{number}.")]
-        whole = sum(drawn) + sum(allowed[p] - drawn[int(p.rsplit(".", 1)[1])] for p in own)
-        if whole >= MOST_CROSSTALK:
-            allowed |= {path: drawn[int(path.rsplit(".", 1)[1])] for path in own}
+        own = {path: drawn[pairs[path][1]] for path in shares.names if pairs[path][0] == number}
+        if sum(drawn) + sum(allowed[path] - own[path] for path in own) >= MOST_CROSSTALK:
+            allowed |= own
     known |= allowed
     return with_values(found, {"camera.blur": blur, "camera.gamma": gamma, **known}).model_copy(
         update={"tolerances": Tolerances(stated)}
