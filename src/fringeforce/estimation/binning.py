@@ -73,6 +73,8 @@ def means(line: Array, size: int, channels: int) -> Array:
 def seen_means(frame: Array, size: int, channels: int) -> Array:
     """The same of the pixels that are finite; not finite where less than half of a bin is."""
     known = np.isfinite(frame)
+    if known.all():
+        return means(frame, size, channels)
     share = means(known.astype(float), size, channels)
     total = means(np.where(known, frame, 0.0), size, channels)
     return np.where(share >= 0.5, total / np.maximum(share, 0.5), np.nan)

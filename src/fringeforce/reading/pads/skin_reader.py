@@ -508,6 +508,20 @@ def _whole(one: SkinOptimum) -> bool:
     return bool(one.free.all())
 
 
+def _moved(here: SkinOptimum, change: Array) -> Array:
+    """What forces, places and sizes make of a change of contacts, shape (k, SIZE_OF).
+
+    Shapes of pressures, of which one frame tells little, change by noise.
+    """
+    moving = np.zeros(here.free.shape, dtype=bool)
+    moving[:, :FIRST_SHAPE] = True
+    which, count = moving[here.free], int(here.free.sum())
+    known = here.curvature.information[:count, :count][which]
+    found = np.zeros(moving.shape)
+    found[here.free & moving] = np.linalg.solve(known[:, which], known @ change[here.free])
+    return found
+
+
 def _kept(here: SkinOptimum, change: Array, earlier: Array | None) -> float:
     """Share of the last change of contacts that the next is expected to have.
 
@@ -565,7 +579,7 @@ class PadSkinFollower(PadFramesFollower):
         earlier, self._change = self._change, None
         ahead = here.contacts
         if before is not None and reading.tracked and len(before.contacts) == len(ahead):
-            self._change = here.contacts - before.contacts  # none has gone
+            self._change = _moved(here, here.contacts - before.contacts)  # none has gone
             ahead = ahead + _kept(here, self._change, earlier) * self._change
         extra = here.extra if prior is None else prior.mean
         self._expected = Expected(
