@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 import fringeforce as ff
-from fringeforce.estimation import followed_frames
 from fringeforce.estimation.compiling import sums_entry
 from fringeforce.estimation.followed_frames import ALARM, DONE, FAINT, standing_at
+from fringeforce.estimation.followed_point import compare, lay_out, stand
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.information_filter import FORGOTTEN, InformationFilter
 from fringeforce.estimation.posterior import Posterior
@@ -18,16 +18,13 @@ from uncertain_strip import COLOURS, TOLERANCES
 Array = NDArray[np.float64]
 STEP = 1e-5
 
-_load, _stand = followed_frames._load, followed_frames._stand
-_compare = followed_frames._compare
-
 
 @sums_entry
 def loss_gradient(model, pixels, reference, frame, standing):
     """Half the loss of one frame at a point: weighted squares, weights, and `standing.gradient`."""
-    _load(pixels, standing, frame, np.float32(model.full_scale / 2))
-    _stand(model, pixels, reference, standing)
-    squares, count, _ = _compare(model, pixels, reference, standing, True)
+    lay_out(pixels, standing, frame, np.float32(model.full_scale / 2))
+    stand(model, pixels, reference, standing)
+    squares, count, _ = compare(model, pixels, reference, standing, True)
     return squares, count + pixels.used.sum()
 
 

@@ -27,13 +27,10 @@ from fringeforce.estimation.followed_frames import (
     DONE,
     EMERGED,
     JUMP,
-    Reference,
-    Single,
-    Standing,
     follow_frames,
-    pixels_of,
     standing_at,
 )
+from fringeforce.estimation.followed_point import Reference, Standing
 from fringeforce.estimation.frame_climb import CONVERGED, climb
 from fringeforce.estimation.frame_exposure import (
     node_columns,
@@ -57,6 +54,7 @@ from fringeforce.estimation.phase_stretches import (
     motion,
     stretches_of,
 )
+from fringeforce.estimation.pixel_columns import Single, pixels_of
 from fringeforce.estimation.posterior import Top, products
 from fringeforce.estimation.residual_test import FALSE_ALARM
 
