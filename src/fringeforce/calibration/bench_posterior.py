@@ -530,25 +530,38 @@ class FrameModels:
         """Places of the contacts of a frame, as numbers of those of the bench."""
         return self.bench.which[f, self.bench.contacts_of[f]]
 
-    def of_frame(self, f: int, profiles: Array | None = None) -> FrameModel:
-        """Model of one frame; its contacts may have other profiles."""
-        bench, own = self.bench, self.contacts(f)
+    def of_frame(self, f: int) -> FrameModel:
+        """Model of one frame."""
+        own, columns = self.contacts(f), self.bench.columns
+        # frames with contacts at the same places, and every step of a frame's own unknowns, share
+        which = own.tobytes(), b"" if columns is None else self.tactels(f).tobytes()
+        if which not in self._chosen:
+            chosen = self.profiles[own]
+            if columns is not None:
+                more = self.corrections[self.tactels(f)]
+                chosen = chosen + self.middling[:, None] * more[:, :, None]
+            self._chosen[which] = chosen
+        return self._with_profiles(f, self._chosen[which])
+
+    @cached_property
+    def _chosen(self) -> dict[tuple[bytes, bytes], Array]:
+        """Profiles of the contacts of frames so far, by their places and tactels."""
+        return {}
+
+    def _with_profiles(self, f: int, chosen: Array) -> FrameModel:
+        bench = self.bench
         template, averaged = bench.template, bench.averaged[f]
-        chosen = (self.profiles if profiles is None else profiles)[own]
-        if profiles is None and bench.columns is not None:
-            more = self.corrections[self.tactels(f)]
-            chosen = chosen + self.middling[:, None] * more[:, :, None]
         brightness, darkness = bench.light
         return template._replace(
             fixed=template.fixed + self.strained[f],
-            moments=np.zeros((len(own), 2, 1, 1)),
-            profiles=np.ascontiguousarray(chosen),
+            moments=np.zeros((len(chosen), 2, 1, 1)),
+            profiles=chosen,
             brightness=brightness,
             darkness=darkness,
-            influence=np.zeros((0, 1, len(own), 2, template.fixed.size)),
+            influence=np.zeros((0, 1, len(chosen), 2, template.fixed.size)),
             bias=template.bias + bench.turned[f],
             variance=template.variance * self.heat / averaged,
-            at=bench.layouts[len(own)],
+            at=bench.layouts[len(chosen)],
         )
 
     def tactels(self, f: int) -> Index:
@@ -629,7 +642,7 @@ class FrameModels:
         """Changes of the phase at the nodes with design and camera, shape (d + 2, m)."""
         changes, nodes = slopes.shape[-2:]
         line = changes * nodes  # one after another, without the residual
-        model = self.of_frame(f, slopes.reshape(*slopes.shape[:-2], line))
+        model = self._with_profiles(f, slopes.reshape(*slopes.shape[:-2], line)[self.contacts(f)])
         model = model._replace(fixed=np.zeros(line), fields=np.zeros((0, line)))
         return np.asarray(node_phase(model, unknowns)).reshape(changes, nodes)
 
