@@ -61,6 +61,15 @@ def expect_accessible(page: Page) -> None:
     assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")
 
 
+def expect_accessible_when_widened(page: Page, width: int) -> None:
+    """Nothing is found at the width at which the page was loaded, nor at a larger one."""
+    expect_accessible(page)
+    page.set_viewport_size({"width": width, "height": DESKTOP["height"]})
+    # pictures are painted anew in the next frame
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")
+    expect_accessible(page)
+
+
 def expect_accessible_before_any_answer(page: Page, server: LocalServer) -> None:
     """Whoever comes before the first answer finds a page that names all that it will show."""
     page.route_web_socket(re.compile("/socket$"), lambda _: None)
