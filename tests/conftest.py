@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 
 import pytest
@@ -23,14 +24,22 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+preparing: list[subprocess.Popen[bytes]] = []
+
+
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Before workers start, compile the loops that most tests need, on two cores."""
+    """Compile the loops that most tests need, on two cores, while workers import the tests."""
     config = session.config
     if hasattr(config, "workerinput") or config.getoption("dist", "no") == "no":
         return
-    strips = prepared.begin("strips")
-    prepared.begin("others").wait()
-    strips.wait()
+    preparing.extend(prepared.begin(what) for what in ("strips", "others"))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_node_collection_finished() -> None:
+    """Before the first test is handed out, wait for the loops: workers would compile them again."""
+    for one in preparing:
+        one.wait()
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
