@@ -20,6 +20,9 @@ ROOT = Path(__file__).parents[1]
 MADE = ("generated", "_site", "measured")
 ELSEWHERE = ("apt-get", "cd", "ffmpeg", "git", "pip", "source", ".venv/bin/pre-commit")
 """Programs that change the machine, which a test does not run."""
+POOLED = ("optimise", "sweep")
+"""Commands that start a process for each core, which imports for longer than the few designs of a
+page take; one process is enough to show that they work."""
 
 
 def pages() -> list[Path]:
@@ -82,6 +85,8 @@ def run(text: str) -> str:
         if program == "cd":
             os.chdir(arguments[0])
         elif program == "fringeforce":
+            if arguments[0] in POOLED:
+                arguments += ["--workers", "1"]
             result = CliRunner().invoke(app, arguments, catch_exceptions=False)
             assert result.exit_code == 0, (arguments, result.output)
             said += result.output
