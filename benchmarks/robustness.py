@@ -24,6 +24,7 @@ from damage.designs import designs
 from damage.files import frame_files, model_files, picture_files, shards
 from damage.interrupts import interrupts
 from damage.machines import machines
+from damage.running import running
 from damage.server import servers
 from damage.tables import study_files, table_files
 from rich.console import Console
@@ -31,7 +32,11 @@ from rich.table import Table
 
 import fringeforce as ff
 
-LIMITS = {"full disks, kills, nothing writable": 400, "arrays to read, expose, calibrate": 100}
+LIMITS = {
+    "full disks, kills, nothing writable": 400,
+    "arrays to read, expose, calibrate": 100,
+    "pickles, forks and threads": 200,
+}
 """Seconds for inputs that take longer than others, on a machine that is busy."""
 
 
@@ -62,6 +67,7 @@ def main() -> None:
             "explorer, forged and endless": servers,
             "full disks, kills, nothing writable": lambda: machines(model, folder),
             "arrays to read, expose, calibrate": lambda: arrays(model),
+            "pickles, forks and threads": running,
         }
         for kind, cases in kinds.items():
             if options.only not in kind:

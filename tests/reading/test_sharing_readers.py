@@ -2,6 +2,8 @@
 
 import os
 import pickle
+import signal
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -39,9 +41,32 @@ def test_what_was_pickled_reads_the_same(model: ff.SensorModel, frames: np.ndarr
     np.testing.assert_array_equal(found.std, expected.std)
     alone = ff.Reader(copies[0]).read(frames[4])
     np.testing.assert_array_equal(alone.forces, ff.Reader(model).read(frames[4]).forces)
-    reading = pickle.loads(pickle.dumps(expected))
-    assert reading.status is expected.status
-    np.testing.assert_array_equal(reading.phase, expected.phase)
+
+
+@pytest.mark.parametrize("kind", ["tactels", "skin", "relaxing", "unexplained", "bad"])
+def test_a_pickled_reading_holds_its_numbers_and_nothing_else(
+    model: ff.SensorModel, frames: np.ndarray, kind: str
+) -> None:
+    frame, time = frames[0], None
+    if kind == "skin":
+        model = ff.characterize(ff.load_sensor("skin").replace(**{"camera.pixels": 512}))
+        frame = model.expose([ff.Press(x=1e-3, normal=0.7, radius=5e-3)], rng=0)
+    elif kind == "relaxing":
+        relaxing = model.sensor.replace(**{"transducer.relaxation": [(0.06, 0.4)]})
+        model, time = ff.characterize(relaxing), 0.0
+    elif kind == "unexplained":
+        frame = np.roll(frame, 12)  # 0.3 mm beside the sensor
+    elif kind == "bad":
+        frame = np.zeros_like(frame)
+    good = ff.Reader(model).read(frame, time=time)
+    written = pickle.dumps(good)
+    found = pickle.loads(written)
+    for name in ("forces", "std", "covariance", "phase", "chi2", "alternatives"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(good, name), err_msg=name)
+    assert (found.status, found.advice, str(found)) == (good.status, good.advice, str(good))
+    assert found.findings == good.findings
+    assert (good.status is ff.Status.MODEL_MISMATCH) == (kind == "unexplained")
+    assert len(written) < 2 * (good.covariance.nbytes + good.phase.nbytes) + 20_000
 
 
 def test_threads_on_one_reader_find_what_one_thread_does(
@@ -71,3 +96,31 @@ def test_a_fork_reads_on(model: ff.SensorModel, frames: np.ndarray) -> None:
         finally:
             os._exit(2)
     assert os.waitpid(child, 0)[1] == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_fork_does_not_wait_for_a_thread_that_it_has_not(
+    model: ff.SensorModel, frames: np.ndarray
+) -> None:
+    reader = ff.Reader(model)
+    expected = reader.read(frames[0]).forces
+    holding, done = threading.Event(), threading.Event()
+
+    def hold() -> None:
+        with reader._turn:
+            holding.set()
+            done.wait()
+
+    thread = threading.Thread(target=hold)
+    thread.start()
+    holding.wait()
+    if (child := os.fork()) == 0:
+        signal.alarm(30)  # ends the process if it waits
+        try:
+            os._exit(int(not np.array_equal(reader.read(frames[0]).forces, expected)))
+        finally:
+            os._exit(2)
+    status = os.waitpid(child, 0)[1]
+    done.set()
+    thread.join()
+    assert status == 0

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from itertools import repeat
+from weakref import WeakSet
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,6 +42,8 @@ TRIALS = 1.0, 1.0, 0.02, 0.0, 0.0
 seen, and gone for two frames; one of mere noise, which no load explains, comes after them."""
 SHORTEST_PART = 512
 """Frames below which a part of a recording is not worth a worker of its own."""
+_READERS: WeakSet[Reader] = WeakSet()
+"""All of this process, for the processes that are forked from it."""
 
 
 def _of_strip(single: FrameReader) -> Findings:
@@ -91,7 +94,8 @@ class Reader:
     hardly moves.
 
     Threads may share a reader: each frame waits until the one before it has been read.  Readers can
-    be pickled, with what they follow.
+    be pickled, with what they follow.  A process that is forked while a thread reads begins with a
+    search.
 
     The loops of a strip take about a minute to compile on the first use on a machine, and half a
     second to load in each process; `prepare` does it before the first frame comes.
@@ -148,6 +152,7 @@ class Reader:
         self._follower, self._ready = self._follow(self._single), False
         self._history, self._turn = history, threading.RLock()
         self._creep = self._single.creep_filter(self._history)
+        _READERS.add(self)
 
     def __getstate__(self) -> dict[str, object]:
         """All but the lock, which is of one process."""
@@ -156,6 +161,7 @@ class Reader:
     def __setstate__(self, state: dict[str, object]) -> None:
         """A reader of another process, or a copy."""
         vars(self).update(state, _turn=threading.RLock())
+        _READERS.add(self)
 
     @property
     def model(self) -> SensorModel | PadModel:
@@ -419,3 +425,20 @@ class Reader:
         skin = getattr(self.model.sensor, "skin", None) is not None
         batch = Batch.of(len(levels), self._single.forces_shape, covariance, skin)
         return levels.reshape(len(levels), -1), batch
+
+
+def _begin_fork() -> None:
+    """Let no reader wait for a thread that the process before the fork had, and this one has not.
+
+    What that thread was reading is half done, and is forgotten.
+    """
+    for reader in list(_READERS):
+        busy = not reader._turn.acquire(blocking=False)
+        reader._turn = threading.RLock()
+        if busy:
+            reader._follower = reader._follow(reader._single)
+            reader._creep = reader._single.creep_filter(reader._history)
+
+
+if hasattr(os, "register_at_fork"):  # not on Windows, which has no forks
+    os.register_at_fork(after_in_child=_begin_fork)

@@ -121,6 +121,10 @@ class Reading:
         first asked for, which takes some tenths of a second, or seconds for a pad; of a pad also
         where loads explain it, but a departure shows beside them; or that nothing but creep shows.
 
+    Notes
+    -----
+    Much is computed when it is first asked for; pickles and copies hold all of it.
+
     Examples
     --------
     >>> model = ff.characterize(ff.load_sensor("saad"))
@@ -254,10 +258,15 @@ class Reading:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         return self.__dict__.setdefault(name, later[name]())
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything computed, for pickles and copies: without the reader that would compute it."""
+        values = {name: getattr(self, name) for name in self.__dict__.get("_later", {})}
+        return {name: value for name, value in self.__dict__.items() if name != "_later"} | values
+
     @property
     def std(self) -> Array:
         """Standard deviations of the forces, shape (n, components) [N]."""
-        if "deviations" in self.__dict__.get("_later", {}):
+        if "deviations" in {*self.__dict__, *self.__dict__.get("_later", {})}:
             return self.deviations
         return np.sqrt(np.diag(self.covariance)).reshape(self.forces.shape)
 
