@@ -21,7 +21,15 @@ import numpy as np
 from damage.arrays import arrays
 from damage.counting import LIMIT, Case, Count
 from damage.designs import designs
-from damage.files import frame_files, model_files, picture_files, shards
+from damage.files import (
+    calibration_files,
+    frame_files,
+    model_files,
+    picture_files,
+    recordings,
+    shards,
+    sweep_files,
+)
 from damage.interrupts import interrupts
 from damage.machines import machines
 from damage.running import running
@@ -60,6 +68,9 @@ def main() -> None:
             "study files, lines changed": lambda: study_files(folder, rng, tries),
             "tables of loads": lambda: table_files(model.sensor, folder, rng, tries),
             "model files, bits and ends": lambda: model_files(model, folder, rng, tries),
+            "calibrations, bits and ends": lambda: calibration_files(model, folder, rng, tries),
+            "recordings, bits and ends": lambda: recordings(model, folder, rng, tries),
+            "results of sweeps, bits and ends": lambda: sweep_files(folder, rng, tries),
             "frame files, bits and ends": lambda: frame_files(model, folder, rng, tries),
             "photographs, videos, regions": lambda: picture_files(folder, rng, tries),
             "data sets, resumed": lambda: shards(folder, rng, tries // 5),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,11 +13,17 @@ import tifffile
 from PIL import Image
 
 import fringeforce as ff
+from damage.arrays import PATH
 from damage.counting import Case, damaged, refused
 from damage.designs import changed_line
+from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.datasets.making import DESCRIPTION
-from fringeforce.io.frames import load_frames, save_frames
+from fringeforce.io.frames import load_frames, load_times, save_frames
 from fringeforce.pictures.extraction import extract_frames
+from fringeforce.studies.performance import NAMES, Performance
+from fringeforce.studies.result_store import open_store, read_results
+from fringeforce.studies.study_file import load_study
+from fringeforce.studies.sweep import prepared, start
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -37,6 +44,110 @@ def model_files(
     for number in range(tries):
         path.write_bytes(damaged(content, rng, number % 4 == 0))
         yield f"model {number}", same
+
+
+def calibration_files(
+    model: ff.SensorModel, folder: Path, rng: np.random.Generator, tries: int
+) -> Iterator[Case]:
+    """Calibrated models of strip and pad with one bit changed, or cut off."""
+    drawn = model.sensor.replace(**{"camera.pixels": 512})
+    small = ff.characterize(drawn)
+    loads = rng.uniform(0.1, 1.5, (8, 11, 2)) * [1.0, 0.2]
+    strip = ff.calibrate(drawn, small.expose(loads, rng=1), loads, [PATH], aside=0)
+    pad = ff.characterize(
+        ff.load_sensor("pad").replace(tactels={"count": [3, 3]}, camera={"pixels": [64, 64]})
+    )
+    presses = np.zeros((18, 9, 3))
+    presses[np.arange(18), np.arange(18) % 9] = rng.uniform(0.5, 2.0, (18, 3)) * [1.0, 0.2, 0.2]
+    known = ff.calibrate(pad.sensor, pad.expose(presses, rng=1), presses, aside=0)
+    made: list[tuple[Path, bytes, Any]] = []
+    for name, one in (("strip", strip), ("pad", known)):
+        path = folder / f"calibrated-{name}.h5"
+        one.save(path)
+        made.append((path, path.read_bytes(), pickle.dumps(ff.load_model(path))))
+
+    def same(path: Path, good: bytes) -> None:
+        assert pickle.dumps(ff.load_model(path)) == good, "another model"
+
+    for number in range(tries):
+        path, content, good = made[number % 2]
+        path.write_bytes(damaged(content, rng, number % 4 == 0))
+        yield f"{path.name} {number}", lambda path=path, good=good: same(path, good)
+
+
+def recordings(
+    model: ff.SensorModel, folder: Path, rng: np.random.Generator, tries: int
+) -> Iterator[Case]:
+    """Recordings of `live`, closed and killed, and their readings, with a bit changed, or cut off.
+
+    What is taken of a cut recording are its first frames.
+    """
+    frames = model.expose(np.stack([ff.polar(1.0, 10, n=11)] * 40), rng=0)
+    times = 1.7e9 + np.arange(40) / 100
+    forces = rng.normal(size=(40, 11, 2))
+    block = Readings(
+        first=0,
+        timestamps=times,
+        forces=forces,
+        std=np.abs(forces),
+        chi2=np.ones(40),
+        status=(ff.Status.OK,) * 40,
+        lines=frames,
+    )
+    made: list[tuple[Path, bytes]] = []
+    for target in ("record", "h5"):
+        path = folder / f"{target}.h5"
+        sink = ff.open_sink(f"{target}:{path}", model)
+        sink.write(block)
+        killed = folder / f"killed-{target}.h5"
+        killed.write_bytes(path.read_bytes())
+        sink.close()
+        made += [(path, path.read_bytes()), (killed, killed.read_bytes())]
+
+    def same(path: Path) -> None:
+        if "record" in path.name:
+            found = load_frames(path)
+            np.testing.assert_array_equal(found, frames[: len(found)], err_msg="other frames")
+        when = load_times(path)
+        assert when is not None, "no times"
+        np.testing.assert_array_equal(when, times[: len(when)], err_msg="other times")
+
+    for path, _ in made:
+        yield f"{path.name} whole", lambda path=path: same(path)
+    for number in range(tries):
+        path, content = made[number % len(made)]
+        path.write_bytes(damaged(content, rng, number % 5 == 0))
+        yield f"{path.name} {number}", lambda path=path: same(path)
+
+
+def sweep_files(folder: Path, rng: np.random.Generator, tries: int) -> Iterator[Case]:
+    """Results of a sweep with one bit changed, or cut off: read, and resumed."""
+    text = (EXAMPLES / "studies/thin-or-soft.toml").read_text(encoding="utf-8")
+    study = folder / "sweep.toml"
+    study.write_text(text, encoding="utf-8")
+    loaded, sensor = load_study(study)
+    path = folder / "sweep.h5"
+    axes, _, _ = prepared(loaded, sensor)
+    told = loaded.canonical(sensor)
+    with open_store(path, told, axes, 40) as store:
+        for number in range(40):
+            values = dict(zip(NAMES, rng.uniform(size=len(NAMES)).tolist(), strict=True))
+            changes = start(axes, sensor)
+            store.record(number, changes, Performance(**values))
+    content, good = path.read_bytes(), read_results(path)
+
+    def same() -> None:
+        found = read_results(path)
+        assert found.keys() == good.keys(), "other columns"
+        for name, values in good.items():
+            np.testing.assert_array_equal(found[name], values, err_msg=f"another {name}")
+        with open_store(path, told, axes, 40) as store:
+            assert store.outcome(7) is not None, "a result is lost"
+
+    yield "whole", same
+    for number in range(tries):
+        path.write_bytes(damaged(content, rng, number % 4 == 0))
+        yield f"sweep {number}", same
 
 
 def frame_files(

@@ -14,6 +14,7 @@ import numpy as np
 import fringeforce as ff
 from damage.commands import COMMAND, EXAMPLES, bench
 from damage.counting import Case
+from fringeforce.io.tables import save_forces
 
 ENDS = 130, -signal.SIGINT, 0
 """Of a command, of a Python that was ending, and of what was done at that moment."""
@@ -29,6 +30,10 @@ def interrupts(model: ff.SensorModel, folder: Path, tries: int) -> Iterator[Case
     np.save(where / "many.npy", many)
     study = (EXAMPLES / "dataset/fingers.toml").read_text(encoding="utf-8")
     (where / "fingers.toml").write_text(study.replace("= 96", "= 9600"), encoding="utf-8")
+    shots = np.random.default_rng(0).integers(0, 256, (1500, 40, 2200), dtype=np.uint8)
+    np.save(where / "many-shots.npy", shots)
+    corners = "--corners", "5,5 2194,5 2194,35 5,35"
+    save_forces(where / "many.csv", np.tile(loads, (3000, 1, 1)))
     sweep = str(EXAMPLES / "studies/thin-or-soft.toml")
     commands = {
         "characterize": ["characterize", "wide-pad", "-o", "new.h5"],
@@ -36,6 +41,13 @@ def interrupts(model: ff.SensorModel, folder: Path, tries: int) -> Iterator[Case
             *("calibrate", "saad", "--frames", "frames.h5", "--loads", "loads.csv"),
             *("-o", "new.h5"),
         ],
+        "plan": ["plan", "saad", "--presses", "40", "-o", "new.csv"],
+        "study": ["study", "resolution", "saad", "--out", "new"],
+        "optimise": ["optimise", sweep, "-o", "new.h5"],
+        "extract": [*("extract", "saad", "many-shots.npy", "-o", "new.h5"), *corners],
+        "live": ["live", "model.h5", "--camera", "sim", "--for", "600", "--record", "new.h5"],
+        "simulate": ["simulate", "model.h5", "many.csv", "-o", "new.h5"],
+        "check": ["check", "model.h5", "frames.h5", "loads.csv"],
         "read": ["read", "model.h5", "many.npy", "-o", "new.csv"],
         "sweep": ["sweep", sweep, "-o", "new.h5"],
         "dataset": ["dataset", "fingers.toml", "-o", "new"],

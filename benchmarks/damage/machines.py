@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import resource
+import shlex
 import shutil
 import signal
 import socket
@@ -60,12 +61,14 @@ def machines(model: ff.SensorModel, folder: Path) -> Iterator[Case]:
     where = folder / "machines"
     bench(where, model, 16)
     yield from _full_disk(where)
+    yield from _no_space(where)
     yield "a recording of live under kill -9", lambda: _killed(where)
     yield "two servers on one port", lambda: _one_port(where)
     yield "two live servers on one port", lambda: _one_live_port(where)
     yield "two sweeps into one file", lambda: _two_sweeps(where)
     yield "a sweep after its study changed", lambda: _changed_study(where)
     yield "nothing writable, no network", lambda: _sealed(where)
+    yield "a home folder that cannot be written", lambda: _read_only_home(where)
 
 
 def _full_disk(where: Path) -> Iterator[Case]:
@@ -78,6 +81,9 @@ def _full_disk(where: Path) -> Iterator[Case]:
         "read": ["read", "model.h5", "frames.h5", "-o", "new.csv"],
         "calibrate": ["calibrate", "saad", *frames, "-o", "new.h5"],
         "dataset": ["dataset", "fingers.toml", "-o", "new"],
+        "plan": ["plan", "saad", "--presses", "200", "-o", "new.csv"],
+        "study": ["study", "resolution", "saad", "--out", "new"],
+        "sweep": ["sweep", str(EXAMPLES / "studies/thin-or-soft.toml"), "-o", "new.h5"],
         "live": ["live", "model.h5", "--camera", "sim", "--for", "2", "--record", "new.h5"],
         "live to CSV": ["live", "model.h5", "--camera", "sim", "--for", "2", "--to", "csv:new.csv"],
     }
@@ -101,6 +107,37 @@ def _full_disk(where: Path) -> Iterator[Case]:
             assert not left - ({"new", "new.h5", "new.csv"} if "live" in name else {"new"}), left
 
         yield f"full disk: {name}", attempt
+
+
+def _no_space(where: Path) -> Iterator[Case]:
+    """A file system of its own that has some kilobytes, as of a memory card."""
+    small = where / "small"
+    small.mkdir()
+    commands = {
+        "characterize": "characterize saad -o small/new.h5",
+        "read": "read model.h5 frames.h5 -o small/new.csv",
+        "live": "live model.h5 --camera sim --for 2 --record small/new.h5",
+        "sweep": f"sweep {EXAMPLES / 'studies/thin-or-soft.toml'} -o small/new.h5",
+    }
+    for name, words in commands.items():
+
+        def attempt(words: str = words) -> None:
+            command = " ".join(map(shlex.quote, [*COMMAND, *words.split()]))
+            mount = "mount -t tmpfs -o size=4k none small"
+            look = "status=$?; echo left: $(ls -A small) >&2; exit $status"
+            run = subprocess.run(
+                ["unshare", "-r", "-m", "bash", "-c", f"{mount} && {command}; {look}"],
+                cwd=where,
+                capture_output=True,
+                text=True,
+                timeout=LIMIT,
+                check=False,
+            )
+            assert "No space left on device" in run.stderr, run.stderr[-300:]
+            assert run.stderr.endswith("left:\n"), run.stderr[-100:]
+            _clear(run)
+
+        yield f"no space left: {name}", attempt
 
 
 def _killed(where: Path) -> None:
@@ -230,3 +267,27 @@ def _sealed(where: Path) -> None:
         check=False,
     )
     assert run.stdout == "well\n", run.stderr[-300:]
+
+
+def _read_only_home(where: Path) -> None:
+    """Commands that draw and compute, where the home folder takes no file."""
+    home = where / "home"
+    home.mkdir()
+    arguments = "read", "model.h5", "frames.h5", "-o", "home.csv", "--plot"
+    command = " ".join(map(shlex.quote, [*COMMAND, *arguments]))
+    run = subprocess.run(
+        [
+            *("unshare", "-r", "-m", "-n", "bash", "-c"),
+            f"mount --bind {home} {home} && mount -o remount,bind,ro {home} && exec {command}",
+        ],
+        cwd=where,
+        env={name: value for name, value in os.environ.items() if not name.startswith("XDG")}
+        | {"HOME": str(home)},
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr[-300:]
+    for word in ("Traceback", "Error", "not a writable"):
+        assert word not in run.stderr, run.stderr[-300:]

@@ -19,7 +19,7 @@ from damage.arrays import PATH
 from damage.counting import Case
 
 MOST = 4
-"""Pickled readings over their own arrays: none carries the model or the reader that it came from."""
+"""Pickled readings over their own arrays: none carries the model or the reader it came from."""
 PATIENCE = 60
 """Seconds for a process to read two frames."""
 
@@ -194,7 +194,7 @@ def _copies(
     def reading(good: ff.Reading) -> None:
         own = again(good)
         _same(own, good)
-        assert str(own) == str(good) and own.advice == good.advice, "other words"
+        assert (str(own), own.advice) == (str(good), good.advice), "other words"
         size = sum(value.nbytes for value in _numbers(good).values() if hasattr(value, "nbytes"))
         grown = len(pickle.dumps(own)) / (size + 10_000)
         assert grown < MOST, f"{grown:.1f} times as large as its numbers"

@@ -96,6 +96,30 @@ def test_a_flipped_bit_in_the_frames_of_a_recording_is_reported(
             load_frames(path)
 
 
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_recording_that_was_cut_is_refused_or_keeps_its_first_frames(
+    model: ff.SensorModel, blocks: list[Readings], whole: Readings, tmp_path: Path, closed: bool
+) -> None:
+    path = tmp_path / "r.h5"
+    sink = ff.open_sink(f"record:{path}", model)
+    for block in blocks:
+        sink.write(block)
+    content = path.read_bytes()
+    sink.close()
+    content = path.read_bytes() if closed else content
+    assert len(load_frames(path)) == 20
+    refused = 0
+    for length in np.linspace(0, len(content) - 1, 40).astype(int):
+        path.write_bytes(content[:length])
+        try:
+            found = load_frames(path)  # the library itself may wait without end
+        except ff.FringeforceError:
+            refused += 1
+        else:
+            np.testing.assert_array_equal(found, whole.lines[: len(found)])
+    assert refused > 20
+
+
 def test_a_recording_can_be_read_while_it_grows(
     model: ff.SensorModel, blocks: list[Readings], tmp_path: Path
 ) -> None:

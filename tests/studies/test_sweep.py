@@ -133,6 +133,23 @@ def test_a_sweep_killed_in_the_middle_keeps_every_finished_design(
     assert_same(resumed.columns, inline.columns)
 
 
+def test_a_flipped_bit_in_results_is_reported(
+    study_path: Path, inline: Sweep, tmp_path: Path
+) -> None:
+    study, sensor = load_study(study_path)
+    path, rng = tmp_path / "r.h5", np.random.default_rng(0)
+    run_sweep(study, sensor, path, Inline())
+    content = path.read_bytes()
+    for place in rng.integers(len(content) - 60, size=40):  # the checksum is at the end
+        damaged = bytearray(content)
+        damaged[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        with pytest.raises(FileFormatError, match=r"r\.h5"):
+            read_results(path)
+    path.write_bytes(content)
+    assert_same(run_sweep(study, sensor, path, Inline()).columns, inline.columns)
+
+
 def test_workers_end_when_the_process_that_started_them_is_killed(tmp_path: Path) -> None:
     script = tmp_path / "run.py"
     script.write_text(

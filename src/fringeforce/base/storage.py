@@ -7,7 +7,7 @@ import json
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import FileFormatError, FringeforceError
+from fringeforce.base.unclosed_files import UnclosedFile
 
 if TYPE_CHECKING:
     PathLike = str | os.PathLike[str]
@@ -96,11 +97,15 @@ def new_file(
 ) -> Iterator[h5py.File]:
     """An HDF5 file that takes its name only once it is complete; `keep` as of `whole_file`.
 
-    Its checksum follows it unless `sealed` is false: a file that will be written to has none.
+    Its checksum follows it unless `sealed` is false: a file that will be written to has none, but
+    the library's own of all that describes its arrays.
     """
+    own: dict[str, Any] = {} if sealed else {"libver": "v108"}  # which has no mark of who writes
     with whole_file(path, keep=keep) as place:
         # in memory first: HDF5 does not recover from a disk that is full
-        with h5py.File(place, "w", track_order=True, driver="core", backing_store=False) as file:
+        with h5py.File(
+            place, "w", track_order=True, driver="core", backing_store=False, **own
+        ) as file:
             stamp(file, kind)
             yield file
             file.flush()
@@ -109,6 +114,20 @@ def new_file(
             end.write(image)
             if sealed:
                 end.write(SEAL + hashlib.sha256(image).digest())
+
+
+def seal(path: PathLike) -> None:
+    """Write the checksum of a file behind it, which was written to until now."""
+    place = Path(path)
+    digest = _digest(place, place.stat().st_size)
+    with place.open("ab") as file:
+        file.write(SEAL + digest)
+
+
+def unseal(path: PathLike) -> None:
+    """Take the checksum off a file that will be written to, if it has one."""
+    if _sealed(Path(path)) is not None:
+        os.truncate(path, Path(path).stat().st_size - len(SEAL) - DIGEST_BYTES)
 
 
 def _digest(path: Path, size: int) -> bytes:
@@ -126,17 +145,21 @@ def _verify(path: PathLike) -> None:
     place = Path(path)
     if place.exists() and not place.is_file():
         raise FileFormatError(f"{path} is no regular file; give the path of an HDF5 file.")
-    end = place.stat().st_size - len(SEAL) - DIGEST_BYTES
-    if end < 0:
-        return
-    with place.open("rb") as file:
-        file.seek(end)
-        seal = file.read()
-    if seal.startswith(SEAL) and seal[len(SEAL) :] != _digest(place, end):
+    digest = _sealed(place)
+    size = place.stat().st_size - len(SEAL) - DIGEST_BYTES
+    if digest is not None and digest != _digest(place, size):
         raise FileFormatError(
             f"{path} is damaged: its content does not match its checksum; restore it from a copy "
             "or make it again (a model: characterize or calibrate again)."
         )
+
+
+def _sealed(place: Path) -> bytes | None:
+    """The checksum that a file says it has; none if it says nothing."""
+    with place.open("rb") as file:
+        file.seek(max(place.stat().st_size - len(SEAL) - DIGEST_BYTES, 0))
+        end = file.read()
+    return end[len(SEAL) :] if end.startswith(SEAL) else None
 
 
 def stamp(file: h5py.File, kind: str) -> None:
@@ -174,14 +197,17 @@ def existing_file(path: PathLike, kind: str, *others: str) -> Iterator[h5py.File
         ) from None
 
 
-def _opened(path: PathLike) -> h5py.File:
+@contextmanager
+def _opened(path: PathLike) -> Iterator[h5py.File]:
     """The file for reading, even if it is being recorded or its recorder was killed."""
-    try:
-        return h5py.File(path, "r")
-    except FileNotFoundError:
-        raise
-    except OSError:
-        return h5py.File(path, "r", swmr=True)
+    with ExitStack() as stack:
+        try:
+            file = h5py.File(path, "r")
+        except FileNotFoundError:
+            raise
+        except OSError:
+            file = h5py.File(stack.enter_context(UnclosedFile(path)), "r")
+        yield stack.enter_context(file)
 
 
 def write(

@@ -2,7 +2,8 @@
 
 Every design has its place in the file from the start, so that a result is a few numbers written in
 place and no structure of the file changes after its creation: a process that is killed loses the
-designs that it was working on and nothing else.
+designs that it was working on and nothing else.  A checksum of the whole stands behind it while
+nobody writes to it, and each column has its own.
 """
 
 from __future__ import annotations
@@ -19,7 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.base.errors import InputError
-from fringeforce.base.storage import dataset, describe, existing_file, new_file, writing
+from fringeforce.base.storage import (
+    dataset,
+    describe,
+    existing_file,
+    new_file,
+    read,
+    seal,
+    unseal,
+    writing,
+)
 from fringeforce.studies.performance import NAMES, UNITS, Performance
 from fringeforce.studies.sampling import Axis, Value
 from fringeforce.studies.study_file import same_study
@@ -112,8 +122,13 @@ def open_store(
             )
     with writing(place):
         file = h5py.File(place, "r+")
-    with file:
-        yield ResultStore(file, axes)
+        unseal(place)
+    try:
+        with file:
+            yield ResultStore(file, axes)
+    finally:
+        with writing(place):
+            seal(place)
 
 
 def read_results(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
@@ -125,7 +140,7 @@ def read_results(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
         If it is no such file.
     """
     with existing_file(path, KIND) as file:
-        columns = {name: np.asarray(values) for name, values in file.items()}
+        columns = {name: read(file, name) for name in file}
     return {
         name: np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
         for name, values in columns.items()
@@ -144,7 +159,8 @@ def _create(path: Path, study: str, axes: Sequence[Axis], designs: int) -> None:
         columns |= {axis.path: np.zeros(designs, f"S{TEXT_BYTES}") for axis in axes if axis.text}
         columns |= {name: np.full(designs, np.nan) for name in numbers}
         for name, values in columns.items():
-            column = file.create_dataset(name, data=values)
+            # in one piece, with a checksum of it: whoever records a design writes kilobytes
+            column = file.create_dataset(name, data=values, chunks=values.shape, fletcher32=True)
             describe(column, ("design",), numbers.get(name), MEANINGS.get(name, name))
 
 
