@@ -85,6 +85,8 @@ def test_the_page_of_a_saved_model_holds_every_figure_and_outlier(bench, tmp_pat
     assert model.calibration.outliers == (SHIFTED,)
     assert f"Frame {SHIFTED}, recorded as" in page
     assert not re.findall(r'(?:src|href)="(?!data:)', page)
+    words = re.sub(r"base64,[^\"]*", "", page)
+    assert not re.findall(r"\d\.\d{12,}", words)  # nobody reads so many digits
 
 
 def test_a_model_without_a_record_or_of_no_use_has_a_page_too(bench, tmp_path) -> None:

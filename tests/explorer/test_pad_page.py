@@ -221,6 +221,14 @@ def test_a_skin_is_pressed_by_spheres(page: Page, pad_server: LocalServer) -> No
     expect_accessible(page)
 
 
+def test_presets_press_a_soft_pad_gently(page: Page, pad_server: LocalServer) -> None:
+    page.goto(f"{pad_server.address}#start=fingertip")
+    read(page, COMPILED)
+    expect(page.locator("#status")).to_have_text("OK")
+    _, _, acts = total(page, 0)
+    assert acts == pytest.approx(4.0)  # a fifth of what presses stiff pads
+
+
 @pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 390)])
 def test_axe_finds_nothing_serious_and_nothing_overflows(
     browser: Browser, pad_server: LocalServer, scheme: str, width: int

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
@@ -34,6 +35,8 @@ from fringeforce.plotting.pad_calibration import draw_pad_contacts, draw_residua
 
 DIGITS = 4
 """Digits of values in the table."""
+LONG = re.compile(r"\d+\.\d{6,}(e[-+]?\d+)?")
+"""Numbers with more digits than a person reads."""
 
 
 def calibration_report(model: SensorModel | PadModel, path: Path) -> None:
@@ -80,7 +83,7 @@ def calibration_report(model: SensorModel | PadModel, path: Path) -> None:
         frames=model.provenance.get("calibration frames", "-"),
         rows=list(_rows(found, model.sensor)),
         figures=[_shown(*one) for one in _figures(model, found)],
-        design=model.sensor.to_toml(),
+        design=_rounded(model.sensor.to_toml()),
     )
     with whole_file(path) as place:
         Path(place).write_text(page, encoding="utf-8")
@@ -180,3 +183,8 @@ def _rows(found: Calibration, sensor: Sensor | Pad) -> Iterator[tuple[str, ...]]
         there, here, far = (factor * one for one in (drawn, value, reach))
         texts = f"{there:.{DIGITS}g}", f"{here:.{DIGITS}g}", f"± {far:.2g}"
         yield name, *(f"{text} {symbol}".rstrip() for text in texts)
+
+
+def _rounded(design: str) -> str:
+    """A design with numbers of six digits, as many as a person reads; the model has all of them."""
+    return LONG.sub(lambda number: f"{float(number[0]):.6g}", design)

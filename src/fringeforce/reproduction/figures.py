@@ -150,7 +150,8 @@ EQUATIONS = {
 WIDE, LOW, TALL = (8.0, 3.6), (8.0, 2.0), (8.0, 4.6)
 FIGURES = (
     ("overview", _draw_overview, TALL, "From forces to fringes",
-     "1 N at 10 degrees on every tactel, the phase lead that it causes, and what an eye behind the "
+     "1 N at 10 degrees on every tactel, a place where the strip reads a force; the phase lead "
+     "that it causes, and what an eye behind the "
      "polariscope sees."),
     ("recovered-forces", _draw_forces, TALL, "Recovered forces",
      "Each tactel's force, read from one noisy frame. Good readings lie around the dashed line of "

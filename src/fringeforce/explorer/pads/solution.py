@@ -111,7 +111,13 @@ def figures(model: PadModel) -> list[Figure]:
         return common
     return [
         *common,
-        Figure("tactels", "Tactels", pad.tactels.total, "", "Three components of force each."),
+        Figure(
+            "tactels",
+            "Tactels",
+            pad.tactels.total,
+            "",
+            "Places where forces are read, three components each.",
+        ),
         Figure(
             "pixels",
             "Pixels per tactel",

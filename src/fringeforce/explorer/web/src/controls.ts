@@ -104,7 +104,7 @@ export const GROUPS: Group[] = [
   {
     name: "Tactels",
     controls: [
-      { path: "tactels.count", name: "Count", range: [1, 32], whole: true },
+      { path: "tactels.count", name: "Count", title: "places that read a force", range: [1, 32], whole: true },
       { path: "tactels.pitch", name: "Pitch", unit: "mm", range: [0.25, 3] },
     ],
   },

@@ -274,6 +274,8 @@ export class CreepPanel {
   }
 }
 
+/** Less than a millisecond is rounding of times since the start. */
 function seconds(time: number): string {
+  if (time < 1e-3) return "0 s";
   return `${Number(time.toPrecision(3))} s`;
 }

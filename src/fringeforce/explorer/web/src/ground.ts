@@ -19,12 +19,14 @@ export function levels(values: number[], y: (value: number) => number, place: La
   });
 }
 
-/** Every so many that they do not touch. */
+/** Every so many that they do not touch, and before them what they are numbers of. */
 export function tactelNumbers({ tactels }: Model, height: number, place: Layout): SVGElement[] {
   const every = Math.ceil(24 / (place.scale * (tactels[1] - tactels[0] || 1)));
-  return [...tactels].flatMap((x, i) => {
+  const y = height - 8;
+  const numbers = [...tactels].flatMap((x, i) => {
     if (i % every) return [];
-    const at = { class: "label", x: place.across(x), y: height - 8, "text-anchor": "middle" };
-    return [shape("text", at, `${i + 1}`)];
+    return [shape("text", { class: "label", x: place.across(x), y, "text-anchor": "middle" }, `${i + 1}`)];
   });
+  const name = { class: "label", x: place.across(tactels[0]) - 14, y, "text-anchor": "end" };
+  return [shape("text", name, "tactel"), ...numbers];
 }

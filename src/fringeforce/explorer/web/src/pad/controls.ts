@@ -13,7 +13,7 @@ export const PAD_GROUPS: Group[] = [
   {
     name: "Tactels",
     controls: [
-      { path: "tactels.count", name: "Count", title: "along x × y" },
+      { path: "tactels.count", name: "Count", title: "along x × y: places that read a force" },
       { path: "tactels.pitch", name: "Pitch", unit: "mm", range: [0.5, 5] },
     ],
   },

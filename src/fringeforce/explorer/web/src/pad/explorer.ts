@@ -91,7 +91,7 @@ export class PadExplorer {
 
   private contactsOf(key: string): State["contacts"] {
     const { reach, state } = this.store;
-    return presetContacts(key, reach).map((one) => held(one, state.friction, reach));
+    return presetContacts(key, reach, this.store.soft).map((one) => held(one, state.friction, reach));
   }
 
   /** Speak of what the pad has: tactels, or a skin under rigid spheres that do not twist. */
@@ -178,6 +178,7 @@ export class PadExplorer {
     byId("solving").textContent = "";
     store.half = model.half;
     store.reach = model.reach;
+    store.soft = model.soft;
     const { contacts, friction, preset } = store.state;
     store.amend({
       contacts: preset ? this.contactsOf(preset) : contacts.map((one) => held(one, friction, model.reach)),

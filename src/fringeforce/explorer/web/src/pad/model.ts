@@ -37,6 +37,11 @@ export class PadModel {
     return skin ? [skin[0] * 500, skin[1] * 500] : this.half;
   }
 
+  /** Whether a fingertip shows more than one fringe: presets for stiff pads would show too many to be read. */
+  get soft(): boolean {
+    return (this.facts.figures.find(({ key }) => key === "order")?.value ?? 0) > 1;
+  }
+
   get tactels(): number {
     return this.facts.tactels.count[0] * this.facts.tactels.count[1];
   }

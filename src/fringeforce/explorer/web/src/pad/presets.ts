@@ -39,13 +39,23 @@ export const PRESETS: Preset[] = [
   { key: "none", name: "Nothing", hint: "Nothing touches the pad", contacts: [] },
 ];
 
+/** Share of the forces of a preset on a soft pad. */
+const GENTLY = 0.2;
+
 /** Contacts of a preset on a pad of half sides [mm]. */
-export function presetContacts(key: string, half: [number, number]): Contact[] {
+export function presetContacts(key: string, half: [number, number], soft: boolean): Contact[] {
   const preset = PRESETS.find((one) => one.key === key) ?? PRESETS[0];
-  return preset.contacts.map((part) => ({
-    ...FINGER,
-    ...part,
-    x: (part.x ?? 0) * half[0],
-    y: (part.y ?? 0) * half[1],
-  }));
+  const share = soft ? GENTLY : 1;
+  return preset.contacts.map((part) => {
+    const contact = { ...FINGER, ...part };
+    return {
+      ...contact,
+      x: contact.x * half[0],
+      y: contact.y * half[1],
+      normal: contact.normal * share,
+      shearX: contact.shearX * share,
+      shearY: contact.shearY * share,
+      twist: contact.twist * share,
+    };
+  });
 }

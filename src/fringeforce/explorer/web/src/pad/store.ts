@@ -29,6 +29,8 @@ export class PadStore extends Timeline<State> {
   half: [number, number] = [1, 1];
   /** Half of the sides of what can be pressed [mm]. */
   reach: [number, number] = [1, 1];
+  /** Whether presets are to press gently. */
+  soft = false;
 
   constructor(hash: string, onChange: (before: State) => void) {
     const values = linked(hash);
