@@ -17,6 +17,7 @@ from rosbags.highlevel import AnyReader
 import fringeforce as ff
 from conftest import make_readings
 from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.base.storage import existing_file
 from fringeforce.io.frames import load_frames, load_times
 
 pytestmark = pytest.mark.slow
@@ -127,6 +128,19 @@ def test_a_recording_can_be_read_while_it_grows(
     for done, block in enumerate(blocks, start=1):
         sink.write(block)
         assert len(load_frames(tmp_path / "r.h5")) == 4 * done
+    sink.close()
+
+
+def test_a_recording_may_grow_between_its_opening_and_its_reading(
+    model: ff.SensorModel, blocks: list[Readings], whole: Readings, tmp_path: Path
+) -> None:
+    path = tmp_path / "r.h5"
+    sink = ff.open_sink(f"record:{path}", model)
+    sink.write(blocks[0])
+    with existing_file(path, "frames") as file:
+        for block in blocks[1:]:
+            sink.write(block)
+        np.testing.assert_array_equal(file["grey"][:], whole.lines)
     sink.close()
 
 

@@ -19,11 +19,13 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n\x03\x08\x08"
 """What the superblock begins with: version 3, addresses and lengths of 8 bytes."""
 MARK, END, CHECKSUM, LENGTH = 11, 28, 44, 48
 """Where the mark, the end of the file and the checksum of what is before it stand, and its end."""
+ROOM = 1 << 40
+"""Bytes by which it may grow while it is read; what lies beyond its end has no right checksum."""
 WORD = 0xFFFFFFFF
 
 
 class UnclosedFile(io.FileIO):
-    """The content of a file, its superblock as that of a file that ends here and was closed.
+    """The content of a file, its superblock as that of a longer file that was closed.
 
     Raises
     ------
@@ -42,8 +44,15 @@ class UnclosedFile(io.FileIO):
             self.close()
             raise OSError("its superblock is damaged, or of another kind")
         start[MARK] = 0
-        start[END : END + 8] = os.fstat(self.fileno()).st_size.to_bytes(8, "little")
+        self._end = os.fstat(self.fileno()).st_size + ROOM
+        start[END : END + 8] = self._end.to_bytes(8, "little")
         self._start = bytes(start[:CHECKSUM]) + _checksum(start).to_bytes(4, "little")
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET, /) -> int:
+        """Go to a place; the end is where the library may look, for the file grows."""
+        if whence == os.SEEK_END:
+            return super().seek(self._end + offset)
+        return super().seek(offset, whence)
 
     def readinto(self, buffer: Buffer, /) -> int:
         """Read on into a buffer."""
