@@ -1,5 +1,7 @@
 """Calibration of a strip under three lights at once, on frames of the exact series."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -7,7 +9,6 @@ from numpy.typing import NDArray
 from scipy.stats import binom, chi2
 
 import fringeforce as ff
-from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor
 from fringeforce.plotting.calibration_report import calibration_report
 from fringeforce.studies.summary import calibration_summary
@@ -170,10 +171,104 @@ def test_dead_pixels_of_one_channel_are_left_out_and_named(bench: Bench) -> None
     )
 
 
-def test_plans_and_updates_of_several_channels_are_refused(
-    bench: Bench, model: ff.SensorModel
+@pytest.fixture(scope="module")
+def later(bench: Bench) -> Bench:
+    """The same sensor weeks on: every LED, the filters, the residual and the camera drifted."""
+    assert bench.shares is not None
+    assert bench.light is not None
+    along = np.linspace(-1, 1, PIXELS)
+    drift = np.array([[0.0, 0.012, -0.008], [0.007, 0.0, 0.015], [-0.01, 0.006, 0.0]])
+    others = np.maximum(bench.shares * (1 - np.eye(3)) + drift, 0.0)
+    amplitude, offset = bench.light
+    own = replace(
+        bench,
+        shift=SHIFT + 0.06e-3,
+        residual=bench.residual + 0.12 * np.sin(2.5 * along + 0.4),
+        gain=bench.gain * (1 + 0.03 * np.sin(1.5 * along)),
+        shares=others + np.diag(1 - others.sum(axis=1)),
+        light=(amplitude * [0.93, 1.03, 0.97], offset + [0.5, -0.5, 0.3]),
+    )
+    influence = own.influence()
+    own.influence = lambda: influence  # type: ignore[method-assign]  # the same of all frames
+    return own
+
+
+@pytest.fixture(scope="module")
+def updated(model: ff.SensorModel, later: Bench) -> ff.SensorModel:
+    rng = np.random.default_rng(53)
+    return ff.update(model, later.frames(loads(rng, 12), rng))
+
+
+def test_drift_of_every_channel_is_found_under_unknown_loads(
+    bench: Bench, later: Bench, updated: ff.SensorModel
 ) -> None:
-    with pytest.raises(InputError, match="planned for one channel"):
-        ff.plan_presses(drawn(), 4)
-    with pytest.raises(InputError, match="several channels is not brought up to date"):
-        ff.update(model, pressed(bench, 3)[1][:4])
+    found, seen = updated.calibration, updated.imaging
+    assert found is not None
+    assert seen is not None
+    assert found.usable
+    said = "\n".join(found.findings)
+    for number, way in enumerate("-+-", start=1):
+        assert f"The light of channel {number} changed by {way}" in said
+    assert "The share of channel 3 in the light of channel 2 changed by +" in said
+    assert later.shares is not None
+    assert later.light is not None
+    true = {"camera shift": later.shift}
+    true |= {
+        f"{CROSSTALK}.{c}.{d}": later.shares[c, d] for c in range(3) for d in range(3) if c != d
+    }
+    at = [found.names.index(name) for name in true]
+    off = (found.values[at] - list(true.values())) / found.std[at]
+    assert np.abs(off).max() < FAR
+    bright = later.visibility * later.light[0][:, None] * later.gain
+    unsure = np.sqrt(np.square(seen.amplitude_modes).sum(axis=0))
+    wrong = (seen.amplitude - bright.ravel())[seen.usable] / unsure[seen.usable]
+    assert np.mean(np.abs(wrong) < 2) > 0.8  # neighbours err together
+    assert np.abs(wrong).max() < 5
+
+
+def test_frames_are_refused_before_an_update_and_read_after_it(
+    model: ff.SensorModel, updated: ff.SensorModel, later: Bench, tmp_path
+) -> None:
+    updated.save(tmp_path / "later.h5")
+    rng = np.random.default_rng(59)
+    forces = loads(rng, NEW)
+    frames = later.frames(forces, rng)
+    before, reader = ff.Reader(model), ff.Reader(ff.load_model(tmp_path / "later.h5"))
+    assert not any(before.search(frame).ok for frame in frames[:4])
+    readings = [reader.search(frame) for frame in frames]
+    good = [k for k, one in enumerate(readings) if one.ok]
+    assert NEW - len(good) <= binom.ppf(1 - CHANCE, NEW, 0.02)
+    squares = []
+    for k in good:
+        off = (readings[k].forces - forces[k]).ravel()
+        squares.append(off @ np.linalg.solve(readings[k].covariance, off))
+    low, high = chi2.ppf([CHANCE, 1 - CHANCE], 22 * len(good) / 2)  # they share the calibration
+    assert low < np.sum(squares) / 2 < high
+
+
+def test_unloaded_frames_tell_darkness_and_leave_the_light_of_channels_open(
+    model: ff.SensorModel, later: Bench
+) -> None:
+    """Without load fringes are dark: what they do not show becomes a tolerance of readings."""
+    rng = np.random.default_rng(61)
+    found = ff.update(model, later.frames(np.zeros((6, 11, 2)), rng), unloaded=True)
+    assert found.calibration is not None
+    said = "\n".join(found.calibration.findings)
+    assert "The camera's place: these frames do not tell" in said
+    assert "only known loads tell" in said
+    assert found.sensor.tolerances["camera.shift"] == pytest.approx(0.1e-3)
+    reader, forces = ff.Reader(found), loads(rng, 8)
+    readings = [reader.search(frame) for frame in later.frames(forces, rng)]
+    assert sum(one.ok for one in readings) >= 6
+    for one, force in zip(readings, forces, strict=True):
+        if one.ok:
+            off = (one.forces - force).ravel()
+            assert off @ np.linalg.solve(one.covariance, off) < chi2.ppf(1 - CHANCE / 8, 22) * 2
+
+
+def test_another_sensor_is_no_drift(model: ff.SensorModel, bench: Bench) -> None:
+    thick = replace(bench, sensor=bench.sensor.replace(**{THICKNESS: 0.6e-3}))
+    rng = np.random.default_rng(67)
+    found = ff.update(model, thick.frames(loads(rng, 4), rng)).calibration
+    assert found is not None
+    assert not found.usable

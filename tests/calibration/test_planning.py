@@ -120,6 +120,38 @@ def test_calibrations_scatter_as_was_predicted_without_a_frame(small) -> None:
     assert low < total < high
 
 
+@pytest.mark.parametrize("kind", ["colours", "quadrature"])
+def test_calibrations_of_several_channels_scatter_as_was_predicted(small, kind) -> None:
+    waves = "635 nm", "525 nm", "470 nm"
+    colours = [
+        {"wavelength": wave, "amplitude": grey}
+        for wave, grey in zip(waves, (100, 80, 110), strict=True)
+    ]
+    lights = colours if kind == "colours" else [{"bias": 0}, {"bias": 90}]
+    shares = {"polariscope.crosstalk": "5 +/- 2 %"} if kind == "colours" else {}
+    dim = small.replace(
+        **{"camera.amplitude": 100.0, "polariscope.channels": lights, **shares}
+    )
+    rng, parameters = np.random.default_rng(2), [STRAIN_OPTIC]
+    loads = typical_loads(ff.characterize(dim), ff.Limits(force=1.0), 20)[-5:]
+    plan = ff.assess_presses(dim, loads, parameters)
+    drawn = ff.characterize(dim.replace(**SCATTER, **LASTING))
+    total, before = 0.0, plan.std[0]
+    for _ in range(8):
+        built = drawn.as_built(rng)
+        frames = built.expose(scattered(loads, rng), rng=rng)
+        model = ff.calibrate(dim, frames, loads, parameters, aside=0)
+        assert model.calibration is not None
+        assert model.calibration.names == plan.names
+        mixed = built.model.sensor.polariscope.crosstalk
+        true = [mixed[c][d] for c in range(3) for d in range(3) if c != d] if mixed else []
+        error = model.calibration.values - [0.05, 0.0, 1.0, *true]
+        total += error @ np.linalg.solve(plan.covariance[-1], error)
+    low, high = chi_square.ppf([1e-4, 1 - 1e-4], 8 * len(plan.names))
+    assert low < total < high
+    assert (plan.std[-1] < 0.5 * before).all()  # so that the comparison is of what frames tell
+
+
 def test_the_error_added_to_readings_is_as_predicted(plan, planned_errors) -> None:
     error = planned_errors.std() / np.sqrt(REPEATS)
     assert abs(planned_errors.mean() - added_share(plan) ** 2) < 4 * error

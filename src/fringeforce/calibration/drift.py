@@ -17,9 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.arrays import Array, Mask, numbers
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
+from fringeforce.calibration.crosstalk import allowed_shares
 from fringeforce.calibration.drift_report import EXPLAINED, FORCES, Drift, Told, missed
 from fringeforce.calibration.pads.drift import updated_pad
 from fringeforce.contacts.loads import checked_loads
+from fringeforce.design.light import CHANNELS, light_of_channels, pairs_of_channels
+from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import square_limit
@@ -32,7 +35,6 @@ from fringeforce.reading.strip_reader import StripFrameReader
 
 CAMERA = "camera.shift", "camera.scale"
 UNEVEN = "camera.unevenness"
-LIGHT = "camera.amplitude", UNEVEN
 ROUNDS = 12
 """Most times that the model is moved to what the frames say of it."""
 WORSE = 1.0
@@ -86,7 +88,7 @@ def update(
     """Bring a model up to date with frames whose loads nobody need have written down.
 
     The calibration is the prior; light, residual and the camera's shift and scale may have drifted
-    from it.  Unloaded frames tell of all of these but the shift and the scale; frames under unknown
+    from it, and of several channels the light of each and cross-talk that there is.  Unloaded frames tell of all of these but the shift and the scale; frames under unknown
     loads tell of these too, as loads of many frames fit one sensor.  How large forces are, known
     loads alone tell: they find the scale of a given matrix that states a tolerance of it, and stay
     out of what a calibration found.
@@ -201,7 +203,7 @@ def _begun(model: Any) -> Any:
             imaging,
             influence_modes=np.zeros((0, *model.pixel_influence.shape)),
             drift=(sensor.camera.drift, 0.0),
-            residual=np.full(len(lost), sensor.polariscope.residual),
+            residual=np.full(sensor.camera.pixels, sensor.polariscope.residual),
         ),
         calibration=Calibration(
             names=(f"transducer.photoelastic.{effect}", "camera shift", "camera scale"),
@@ -245,10 +247,6 @@ def _checked(
         raise InputError(
             "update takes a calibrated model; this one is as drawn. Calibrate it first."
         )
-    if model.sensor.kind == "strip" and len(model.frame_shape) > 1:
-        raise InputError(
-            "A strip with several channels is not brought up to date; calibrate it again."
-        )
     if model.sensor.skin is not None and not unloaded and model.sensor.kind == "strip":
         raise InputError(
             "A strip's skin is brought up to date with frames without load; take such frames and "
@@ -271,17 +269,28 @@ def _checked(
 
 def _drifting(model: SensorModel, drift: Drift) -> SensorModel:
     """The model with tolerances of all that may drift, one by one in every frame."""
-    sensor = model.sensor
-    stds = {
-        "camera.amplitude": drift.light * sensor.camera.amplitude,
-        "camera.offset": drift.offset * sensor.camera.amplitude,
+    sensor, light, stds = model.sensor, _light(model.sensor), {}
+    for path, grey in light.items():
+        stds[path] = drift.light * grey
+        stds[path.replace("amplitude", "offset")] = drift.offset * grey
+    if sensor.polariscope.crosstalk:
+        pairs = pairs_of_channels(len(sensor.polariscope.pictures))
+        stds |= dict.fromkeys(pairs, drift.crosstalk)
+    stds |= {
         RESIDUAL: drift.residual,
         "camera.shift": drift.shift,
         "camera.scale": drift.scale,
     }
     stated = {**sensor.tolerances, **{path: std for path, std in stds.items() if std}}
-    uneven = with_values(sensor, {UNEVEN: drift.light})
-    return replace(model, sensor=uneven.model_copy(update={"tolerances": Tolerances(stated)}))
+    unsure = with_values(sensor, {**light, UNEVEN: drift.light})
+    return replace(model, sensor=unsure.model_copy(update={"tolerances": Tolerances(stated)}))
+
+
+def _light(sensor: Sensor) -> dict[str, float]:
+    """Amplitude of the light, or that of each channel, by its path."""
+    light = sensor.light[0]
+    own = light_of_channels(len(sensor.polariscope.pictures)) or {"camera.amplitude": 0}
+    return {path: float(light[c]) for path, c in own.items()}
 
 
 class _Rows(NamedTuple):
@@ -295,10 +304,14 @@ class _Rows(NamedTuple):
         Where they stand among the unknowns of a frame.
     influence : ndarray, shape (d, P, n, 2)
         Changes of the matrix at the pixels with the first d [rad/N].
-    brightness, darkness, fields : ndarray, shape (S, P)
-        Changes of the amplitude, relative to it, of the offset, and of the phase [rad].
+    brightness, darkness : ndarray, shape (S, C P)
+        Changes of the amplitude, relative to it, and of the offset, of all channels in turn.
+    fields : ndarray, shape (S, P)
+        Changes of the phase [rad].
     camera : ndarray, shape (S, 2)
         Changes of the shift [m] and of the scale of the camera.
+    shares : ndarray, shape (S, C (C - 1))
+        Changes of the share of light of each pair of channels.
     design : ndarray, shape (S,)
         Relative changes of the values of the design that the first d stand for.
     """
@@ -310,6 +323,7 @@ class _Rows(NamedTuple):
     darkness: Array
     fields: Array
     camera: Array
+    shares: Array
     design: Array
 
     @classmethod
@@ -317,14 +331,22 @@ class _Rows(NamedTuple):
         sensor, uncertain = reader.model.sensor, reader.uncertain
         frame, at = uncertain.frame, uncertain.frame.at
         modes = [m for m, one in enumerate(uncertain.modes) if one.name not in DRIFTS]
-        fields = at.modes - at.fields
-        nodes = frame.first[:, None] + np.arange(4)
-        where = np.append(at.modes + np.array(modes, dtype=int), np.arange(at.fields, at.modes))
+        nodes, lit, pairs = len(frame.fixed), len(modes), pairs_of_channels(len(frame.bias))
+        unsure = {path: std for path in pairs if (std := sensor.tolerances.get(path))}
+        where = np.concatenate(
+            [
+                at.modes + np.array(modes, dtype=int),
+                np.arange(at.fields, at.modes),
+                np.arange(at.crosstalk, at.size),
+            ]
+        )
 
-        def pixels(rows: Array) -> Array:
-            return np.einsum("...pk,pk->...p", rows[..., nodes], frame.weights)
+        def along(rows: Array, first: int) -> Array:
+            """At the pixels of every channel, of all unknowns; rows are those from `first` on."""
+            own = rows.reshape(len(rows), -1, nodes)
+            found = reader.at_pixels(own).reshape(len(rows), -1)
+            return np.pad(found, [(first, len(where) - first - len(found)), (0, 0)])
 
-        light = [pixels(rows[modes]) for rows in (frame.brightness, frame.darkness)]
         camera, design = np.zeros((len(where), 2)), np.zeros(len(where))
         for row, m in enumerate(modes):
             one = uncertain.modes[m]
@@ -333,11 +355,18 @@ class _Rows(NamedTuple):
             elif one.influence:
                 found = number_at(sensor, one.name)
                 design[row] = one.std / (found[0] if found else 1.0)
-        bright, dark = (np.pad(rows, [(0, fields), (0, 0)]) for rows in light)
-        residual = np.pad(pixels(frame.fields), [(len(modes), 0), (0, 0)])
-        influence = np.moveaxis(pixels(frame.influence[:, 0]), -1, 1)
-        names = *(uncertain.modes[m].name for m in modes), *[RESIDUAL] * fields
-        return cls(names, where, influence, bright, dark, residual, camera, design)
+        shares = np.zeros((len(where), len(pairs)))
+        for row, (path, std) in enumerate(unsure.items(), len(where) - len(unsure)):
+            shares[row, list(pairs).index(path)] = std
+        names = (
+            *(uncertain.modes[m].name for m in modes),
+            *[RESIDUAL] * (at.modes - at.fields),
+            *unsure,
+        )
+        influence = np.moveaxis(reader.at_pixels(frame.influence[:, 0]), -1, 1)
+        bright, dark = (along(rows[modes], 0) for rows in (frame.brightness, frame.darkness))
+        fields = along(frame.fields, lit)
+        return cls(names, where, influence, bright, dark, fields, camera, shares, design)
 
     def anew(self, reader: StripFrameReader) -> _Rows:
         """The same about a model that has drifted; values of the design change as they did."""
@@ -362,15 +391,27 @@ class _Rows(NamedTuple):
             psi = psi + more.reshape(psi.shape)
         positions = imaging.positions * (1 + scale) + shift
         strip, pixels = model.sensor.transducer.length, len(positions)
+        inside = np.abs(positions) < strip * (1 / 2 - MARGIN / pixels)
         seen = replace(
             imaging,
             positions=positions,
-            usable=imaging.usable & (np.abs(positions) < strip * (1 / 2 - MARGIN / pixels)),
+            usable=imaging.usable & np.tile(inside, len(imaging.usable) // pixels),
             amplitude=imaging.amplitude * (1 + shared @ self.brightness),
             offset=imaging.offset + shared @ self.darkness,
             residual=residual + shared @ self.fields,
         )
-        return replace(model, psi=psi, imaging=seen)
+        moved = with_values(model.sensor, self.found_shares(model.sensor, shared))
+        return replace(model, sensor=moved, psi=psi, imaging=seen)
+
+    def found_shares(self, sensor: Sensor, shared: Array) -> dict[str, float]:
+        """Cross-talk of a design after such a drift, by path; perhaps shares below zero."""
+        pairs = pairs_of_channels(len(sensor.polariscope.pictures)).items()
+        drawn, change = sensor.polariscope.crosstalk, shared @ self.shares
+        return {
+            path: drawn[c][d] + float(change[k])
+            for k, (path, (c, d)) in enumerate(pairs)
+            if self.shares[:, k].any()
+        }
 
 
 class _State:
@@ -455,7 +496,7 @@ class _State:
         imaging = self.model.imaging
         assert imaging is not None
         assert imaging.residual is not None
-        used, rows = imaging.usable, self.rows.fields
+        used, rows = _seen(imaging), self.rows.fields
         stretch = np.cumsum(np.diff(np.sign(imaging.residual), prepend=0.0) != 0)
         seen = np.unique(stretch[used])
         for own in (seen, *(seen[k : k + 1] for k in range(len(seen) if len(seen) > 1 else 0))):
@@ -495,28 +536,54 @@ class _State:
         return posterior, tops[0] if tops else nothing
 
 
-def _told(state: _State, used: Mask, signed: bool) -> list[Told]:
+def _seen(imaging: Imaging) -> Mask:
+    """Pixels of a row that some channel uses, shape (P,)."""
+    return imaging.usable.reshape(-1, len(imaging.positions)).any(axis=0)
+
+
+def _told(state: _State, imaging: Imaging, signed: bool) -> list[Told]:
     """What the frames tell of each thing that may drift."""
     rows, covariance = state.rows, np.linalg.inv(state.information)
-    residual = rows.fields[:, used]
+    residual = rows.fields[:, _seen(imaging)]
     most = int(np.abs(state.shared @ residual).argmax())
-    light = rows.brightness[:, used].mean(axis=1) * 100
+    lights = _light(state.origin.sensor)
+    pairs = pairs_of_channels(len(state.origin.sensor.polariscope.pictures))
 
     def told(name: str, unit: str, paths: tuple[str, ...], change: Array) -> Told:
         std = float(np.sqrt(change @ covariance @ change))
         by, before = float(change @ state.shared), float(np.linalg.norm(change))
         return Told(name, unit, paths, by, std, before)
 
+    def light(c: int) -> Array:
+        """Change of the mean light of one channel."""
+        lit = rows.brightness.reshape(len(state.shared), len(lights), -1)[:, c]
+        used = imaging.usable.reshape(len(lights), -1)[c]
+        return np.asarray(lit[:, used].mean(axis=1) * 100)
+
     found = (
-        told("The light", "%", LIGHT, light),
-        told("The residual", "rad where it changed most", (RESIDUAL,), residual[:, most]),
+        *(
+            told(
+                "The light" + f" of channel {c + 1}" * (len(lights) > 1),
+                "%",
+                (path, UNEVEN),
+                light(c),
+            )
+            for c, path in enumerate(lights)
+        ),
+        *(
+            told(
+                f"The share of channel {d + 1} in the light of channel {c + 1}",
+                "%",
+                (path,),
+                rows.shares[:, k] * 100,
+            )
+            for k, (path, (c, d)) in enumerate(pairs.items())
+        ),
+        told("The residual", "rad where it changed most", (RESIDUAL,), residual[:, most])._replace(
+            signed=signed
+        ),
         told("The camera's place", "mm", CAMERA[:1], rows.camera[:, 0] * 1e3),
         told("The camera's scale", "%", CAMERA[1:], rows.camera[:, 1] * 100),
-    )
-    found = (
-        found[0],
-        found[1]._replace(signed=signed),
-        *found[2:],
         told("The strength of the effect", "%", (), rows.design * 100),
     )
     return [one for one in found if one.before]
@@ -531,7 +598,7 @@ def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
     assert model.imaging is not None
     assert model.calibration is not None
     before, rows, found = model.imaging, state.rows, model.calibration
-    told = _told(state, before.usable, signed)
+    told = _told(state, before, signed)
     left = {path for one in told if not one.known for path in one.paths}
     kept = np.array([name not in left for name in rows.names])
     covariance = np.linalg.inv(state.information)
@@ -547,6 +614,7 @@ def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
     drifted = rows.moved(model, shared)
     moved = drifted.imaging
     assert moved is not None
+    shares = rows.found_shares(model.sensor, shared)
 
     def among(old: Array | None, new: Array) -> Array:
         """Modes of the calibration and of the drift, those of the matrix first."""
@@ -561,11 +629,15 @@ def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
         offset_modes=among(before.offset_modes, root.T @ rows.darkness),
         phase_modes=among(before.phase_modes, root.T @ rows.fields),
         lens_modes=among(before.lens_modes, np.zeros((root.shape[1], 2))),
+        crosstalk_modes=among(before.crosstalk_modes, root.T @ rows.shares) if shares else None,
     )
-    at = [found.names.index(name.replace(".", " ")) for name in CAMERA]
+    named = {name.replace(".", " "): rows.camera[:, k] for k, name in enumerate(CAMERA)}
+    paths = pairs_of_channels(len(model.sensor.polariscope.pictures))
+    named |= {path: rows.shares[:, k] for k, path in enumerate(paths) if path in found.names}
+    at, by = [found.names.index(name) for name in named], np.array(list(named.values()))
     change, values = np.zeros((len(found.names), root.shape[1])), found.values.copy()
-    change[at] = rows.camera.T @ root
-    values[at] += rows.camera.T @ shared
+    change[at] = by @ root
+    values[at] += by @ shared
     for row, name in enumerate(rows.names):
         if rows.design[row] and name in found.names:
             own = found.names.index(name)
@@ -585,10 +657,11 @@ def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
         record=None,
         findings=(*missed(state.explained), *map(str, told), *[FORCES] * (not rows.design.any())),
     )
-    drifting = state.origin.sensor
-    sensor = with_values(
-        model.sensor, {UNEVEN: drifting.camera.unevenness} if UNEVEN in left else {}
-    )
+    drifting, light = state.origin.sensor, _light(model.sensor)
+    opened = {path: grey for path, grey in light.items() if path in left}
+    opened |= {UNEVEN: drifting.camera.unevenness} if UNEVEN in left else {}
+    found_now = allowed_shares(model.sensor.polariscope, shares)
+    sensor = with_values(model.sensor, {**found_now, **opened})
     stated = {path: std for path, std in drifting.tolerances.items() if path in left}
     unsure = {path: std for path, std in sensor.tolerances.items() if path not in rows.names}
     tolerances = Tolerances({**unsure, **stated})

@@ -29,7 +29,8 @@ class Drift:
     Attributes
     ----------
     light : float
-        Of the amplitude over itself, even and uneven alike.
+        Of the amplitude over itself, even and uneven alike; of several channels each drifts on its
+        own, and all are uneven alike.
     offset : float
         Of the light that fringes do not modulate, over the amplitude.
     residual : float
@@ -38,6 +39,8 @@ class Drift:
         Of the camera along the strip [m].
     scale : float
         Of the camera's magnification, relative.
+    crosstalk : float
+        Of the share of light of each pair of channels, if the design has cross-talk.
 
     Examples
     --------
@@ -50,6 +53,7 @@ class Drift:
     residual: float = 0.1
     shift: float = 0.1e-3
     scale: float = 1e-3
+    crosstalk: float = 0.01
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

@@ -11,6 +11,7 @@ from fringeforce.base.arrays import Array, Index
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import GROUPS, SCALE, SHIFT
 from fringeforce.calibration.bench_record import bench_record
+from fringeforce.calibration.crosstalk import allowed_shares
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.calibration.findings import findings, unidentified, with_readings
@@ -18,7 +19,7 @@ from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.judgement import judgement
 from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.calibration.timed_loads import TimedLoads
-from fringeforce.design.light import MOST_CROSSTALK, pairs_of_channels
+from fringeforce.design.light import pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, positive
@@ -112,14 +113,8 @@ def _made(fit: BenchFit) -> Sensor:
     blur, gamma = _lens(fit)[0].tolist()
     known = {"camera.unevenness": 0.0, "transducer.influence_error": 0.0}
     shares = _crosstalk(fit)
-    # a fit of wrong loads may find shares that no design allows
-    allowed = dict(zip(shares.names, np.maximum(shares.values, 0.0).tolist(), strict=True))
-    pairs = pairs_of_channels(len(found.polariscope.pictures))
-    for number, drawn in enumerate(found.polariscope.crosstalk):
-        own = {path: drawn[pairs[path][1]] for path in shares.names if pairs[path][0] == number}
-        if sum(drawn) + sum(allowed[path] - own[path] for path in own) >= MOST_CROSSTALK:
-            allowed |= own
-    known |= allowed
+    told = dict(zip(shares.names, shares.values.tolist(), strict=True))
+    known |= allowed_shares(found.polariscope, told)
     return with_values(found, {"camera.blur": blur, "camera.gamma": gamma, **known}).model_copy(
         update={"tolerances": Tolerances(stated)}
     )

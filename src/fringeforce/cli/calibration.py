@@ -264,10 +264,15 @@ def update(
     scale: Annotated[
         float, typer.Option(help="How far its magnification may have changed, relative to it.")
     ] = 0.001,
+    crosstalk: Annotated[
+        float,
+        typer.Option(help="How far each share of cross-talk may have changed, of the whole light."),
+    ] = 0.01,
 ) -> None:
     """Find drift since the calibration, without known loads.
 
-    Light, residual retardance and the place of the camera.
+    Light, residual retardance and the place of the camera; of several channels the light of each and
+    cross-talk.
 
     Frames need no known loads; these tell the scale of a given influence matrix besides. What may
     have changed is one standard deviation each. Ends with status 1 if no drift explains the frames.
@@ -284,6 +289,7 @@ def update(
         residual=quantity("--residual", residual, "radian"),
         shift=quantity("--shift", shift, "meter"),
         scale=scale,
+        crosstalk=crosstalk,
     )
     calibrated = load_model(model)
     images = load_frames(frames, calibrated.sensor.dimensions)

@@ -77,11 +77,10 @@ class Imaging:
 
     @classmethod
     def known(cls, positions: Array, amplitude: Array, offset: Array) -> Imaging:
-        """One that is known exactly, such as that of a simulated bench; shapes (P,)."""
-        pixels = len(positions)
-        none = np.empty((0, pixels))
-        usable = np.ones(pixels, dtype=bool)
-        return cls(positions, amplitude, offset, usable, np.empty((0, pixels, 0, 2)), none, none)
+        """One that is known exactly, such as that of a simulated bench; shapes (P,) and (C P,)."""
+        none, usable = np.empty((0, len(amplitude))), np.ones(len(amplitude), dtype=bool)
+        influence = np.empty((0, len(positions), 0, 2))
+        return cls(positions, amplitude, offset, usable, influence, none, none)
 
     def level_modes(self, loads: Array, phase: Array) -> Array:
         """Modes of the grey levels of one channel under given loads, those of the lens left out.

@@ -76,10 +76,10 @@ class StripFrames(FrameReader):
         return linear + self.at_pixels(np.einsum("a,b,abm->m", loads, loads, frame.curvature))
 
     def at_pixels(self, nodes: Array) -> Array:
-        """A phase along the strip from its coefficients at the nodes, shape (n_pixels,)."""
+        """Values along the strip from coefficients at the nodes, shape (..., m) to (..., P)."""
         frame, pixels = self.uncertain.frame, slice(self.model.sensor.camera.pixels)
-        around = nodes[frame.first[pixels, None] + np.arange(4)]
-        return (around * frame.weights[pixels]).sum(axis=1)
+        around = nodes[..., frame.first[pixels, None] + np.arange(4)]
+        return np.asarray((around * frame.weights[pixels]).sum(axis=-1))
 
     @abstractmethod
     def alone(self, levels: NDArray[Any], used: Mask) -> Reading:

@@ -191,6 +191,9 @@ def typical_loads(model: SensorModel, limits: Limits, count: int) -> Array:
 
 
 def fringes_per_pixel(model: SensorModel, loads: Array) -> Array:
-    """Fringe density of loads (..., n, 2) by small strain where it is largest, shape (...)."""
-    steps = np.abs(np.diff(model.phase(loads, strain="linear"), axis=-1))
+    """Fringe density of loads (..., n, 2) by small strain where it is largest, shape (...).
+
+    Of the channel whose light has the shortest wavelength.
+    """
+    steps = max(model.dispersions) * np.abs(np.diff(model.phase(loads, strain="linear"), axis=-1))
     return np.asarray(steps.max(axis=-1, initial=0.0) / (2 * np.pi), float)

@@ -29,15 +29,16 @@ from fringeforce.calibration.design_entries import (
 )
 from fringeforce.calibration.design_jacobian import design_jacobian
 from fringeforce.calibration.planning.candidates import Limits, candidates, typical_loads
+from fringeforce.design.light import CROSSTALK, pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.shared_fit import Eliminated
 from fringeforce.models.as_built import PLACEMENT, WIDTH
-from fringeforce.models.imaging import Calibration, Imaging
+from fringeforce.models.imaging import ABSOLUTE, Calibration, Imaging
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import at_nodes, uncertainty
+from fringeforce.models.uncertainty import Crosstalk, at_nodes, uncertainty
 from fringeforce.optics.camera import noise_variance
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
@@ -52,7 +53,8 @@ class Knowledge:
     model : SensorModel
         The sensor as drawn or as calibrated; of tolerances it has those of contacts alone.
     paths, names : tuple of str
-        Design values that are unknown, and names of the design's entries and the camera's place.
+        Design values that are unknown, and names of the design's entries, of the camera's place and
+        of shares of cross-talk.
     values : ndarray, shape (d,)
         Of what is named, in their own units.
     root : ndarray, shape (d, k)
@@ -60,7 +62,7 @@ class Knowledge:
     modes : CalibrationUncertainty
         What every mode changes in a frame.
     used : ndarray of bool, shape (P,)
-        Pixels that can be used.
+        Pixels of all channels in turn that can be used.
     scatter : dict of str to float
         How much loads and lamp scatter from frame to frame, as of `Calibration`.
     """
@@ -82,7 +84,7 @@ class Knowledge:
     @property
     def own_root(self) -> Array:
         """What every mode changes in the values, in their own units, shape (d, k)."""
-        own = [name.startswith(("camera s", "tactel ")) for name in self.names]
+        own = [name.startswith(ABSOLUTE) for name in self.names]
         return np.where(own, 1.0, np.abs(self.values))[:, None] * self.root
 
     def imagined(self, pairs: int) -> list[Array]:
@@ -91,7 +93,7 @@ class Knowledge:
         Drawings are trusted to DRAWN here: the wide prior of the fit is meant to leave all to
         the frames and not to describe a workshop.
         """
-        d = len(self.root) - 2
+        d = self.names.index("camera shift")
         design = self.root[:d] / units(self.sensor, self.paths, np.zeros(d))[:, None]
         known = np.linalg.inv(design @ design.T)
         root = np.linalg.cholesky(np.linalg.inv(known + np.eye(d) / DRAWN**2))
@@ -193,11 +195,6 @@ def knowledge(source: Sensor | SensorModel, parameters: Sequence[str] | None = N
         If a path cannot be calibrated, or differs from those of the model's calibration.
     """
     sensor = source if isinstance(source, Sensor) else source.sensor
-    if len(sensor.polariscope.pictures) > 1:
-        raise InputError(
-            "Loads are planned for one channel; give the design without polariscope.channels. "
-            "Several channels tell more of every load."
-        )
     if isinstance(source, SensorModel) and source.calibration and source.imaging:
         found = _of_calibration(source, source.calibration, source.imaging)
         checked_against(found.paths, parameters)
@@ -227,10 +224,17 @@ def _of_drawing(sensor: Sensor, paths: tuple[str, ...]) -> Knowledge:
     frame, dim = found.frame, 1 - found.frame.visibility
     lit = Imaging.known(x, frame.amplitude * (1 - dim), frame.offset + frame.amplitude * dim / 2)
     model = replace(jacobian.model, sensor=plain, imaging=lit)
-    grey = float(np.mean(frame.amplitude))
+    grey = frame.amplitude.reshape(len(frame.bias), -1).mean(axis=1)
     fields, brightness, darkness = before.smooth_fields(
-        sensor, found.places, len(frame.fixed), np.array([grey])
+        sensor, found.places, len(frame.fixed), grey
     )
+    light = sensor.polariscope
+    shares = {
+        path: (light.crosstalk[c][d], std)
+        for path, (c, d) in pairs_of_channels(len(grey)).items()
+        if (std := sensor.tolerances.get(path))
+    }
+    leaks = Crosstalk.of(light, {path: std for path, (_, std) in shares.items()}).leaks
     slope = jacobian.matrix(jacobian.centre, x, slope=True)
     place = np.array([before.SHIFT * SHIFT_UNIT, before.SCALE * SCALE_UNIT])
     changes = np.concatenate(
@@ -240,7 +244,8 @@ def _of_drawing(sensor: Sensor, paths: tuple[str, ...]) -> Knowledge:
         ]
     )
     moving, lights = len(changes), len(brightness)
-    count = moving + len(fields) + lights + 2
+    count = moving + len(fields) + lights + 2 + len(leaks)
+    lens = np.diag([before.BLUR, before.GAMMA, *np.ones(len(leaks))])
 
     def among(rows: Array, before: int) -> Array:
         return np.pad(rows, [(before, count - before - len(rows)), (0, 0)])
@@ -250,26 +255,30 @@ def _of_drawing(sensor: Sensor, paths: tuple[str, ...]) -> Knowledge:
         among(brightness, moving + len(fields)),
         among(darkness, moving + len(fields)),
         among(fields, moving),
-        among(np.diag([before.BLUR, before.GAMMA]), moving + len(fields) + lights),
-        np.zeros((0, 1, 2)),
+        among(lens, moving + len(fields) + lights),
+        leaks,
     )
-    root = np.append(unsure * units(sensor, paths, 0 * unsure), place)
+    sizes = np.append(unsure * units(sensor, paths, 0 * unsure), place)
+    drawn, spread = np.array(list(shares.values())).reshape(-1, 2).T
+    root = np.zeros((moving + len(leaks), count))
+    root[:moving, :moving] = np.diag(sizes)
+    root[moving:, count - len(leaks) :] = np.diag(spread)
     margin = sensor.transducer.length * (1 / 2 - 2 / sensor.camera.pixels)
     return Knowledge(
         model,
         paths,
-        (*names(sensor, paths), "camera shift", "camera scale"),
-        np.append(values(sensor, paths, 0 * unsure), [0.0, 1.0]),
-        np.eye(moving, count) * root[:, None],
+        (*names(sensor, paths), "camera shift", "camera scale", *shares),
+        np.concatenate([values(sensor, paths, 0 * unsure), [0.0, 1.0], drawn]),
+        root,
         modes,
-        np.abs(x) < margin,
-        before.DOUBT | {"offset": before.DOUBT["offset"] * grey},
+        np.tile(np.abs(x) < margin, len(grey)),
+        before.DOUBT | {"offset": before.DOUBT["offset"] * float(grey.mean())},
     )
 
 
 def _of_calibration(model: SensorModel, found: Calibration, imaging: Imaging) -> Knowledge:
     """Estimate and covariance behind a calibrated model."""
-    single = [name for name in found.names if not name.startswith("camera s")]
+    single = [name for name in found.names if not name.startswith(("camera s", CROSSTALK))]
     # the names of all tactels' places stand for one path
     paths = tuple(dict.fromkeys(POSITIONS if n.startswith("tactel ") else n for n in single))
     modes, root = CalibrationUncertainty.of(model, imaging), found.modes

@@ -53,7 +53,8 @@ class Plan:
     places : ndarray, shape (n, 1), or (n, 2) of a pad
         Where these are [m].
     names : tuple of str, length d
-        Unknowns: dotted paths of the design, then "camera shift" [m] and "camera scale" [1].
+        Unknowns: dotted paths of the design, then "camera shift" [m], "camera scale" [1] and shares
+        of cross-talk.
     values : ndarray, shape (d,)
         As known before.
     covariance : ndarray, shape (k + 1, d, d)
