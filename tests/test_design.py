@@ -281,3 +281,20 @@ def test_a_change_that_makes_no_sensor_is_refused(
     with pytest.raises(ff.FringeforceError) as caught:
         sensor.replace(**changes)
     assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_replace_reaches_into_lists_by_number(sensor: ff.Sensor) -> None:
+    lights = [{"wavelength": "635 nm"}, {"wavelength": "525 nm", "amplitude": 150.0}]
+    colours = sensor.replace(
+        **{"polariscope.channels": lights, "polariscope.crosstalk": "5 +/- 2 %"}
+    )
+    path, share = "polariscope.channels.1.amplitude", "polariscope.crosstalk.0.1"
+    changed = colours.replace(**{path: "140 +/- 3 %", share: "0.03 +/- 0.01"})
+    assert [one.amplitude for one in changed.polariscope.channels] == [None, 140.0]
+    assert changed.polariscope.crosstalk == ((0.0, 0.03), (0.05, 0.0))
+    assert changed.tolerances == {path: 0.03 * 140, share: 0.01, "polariscope.crosstalk.1.0": 0.02}
+    assert colours.polariscope.channels[1].amplitude == 150.0
+    with pytest.raises(ff.FringeforceError, match="no '2' in a list of 2"):
+        colours.replace(**{"polariscope.channels.2.amplitude": 100.0})
+    with pytest.raises(ff.FringeforceError, match="1 of the list is a number"):
+        colours.replace(**{"polariscope.crosstalk.0.1.2": 0.1})

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import binom, chi2
 
 import fringeforce as ff
+from fringeforce.calibration.planning.plan import next_presses
 from fringeforce.design.strip import Sensor
 from fringeforce.plotting.calibration_report import calibration_report
 from fringeforce.studies.summary import calibration_summary
@@ -171,6 +172,15 @@ def test_dead_pixels_of_one_channel_are_left_out_and_named(bench: Bench) -> None
     )
 
 
+def test_a_plan_begins_with_what_the_calibration_left_uncertain(model: ff.SensorModel) -> None:
+    assert model.calibration is not None
+    plan = ff.plan_presses(model, 3)
+    assert plan.names == model.calibration.names
+    assert_allclose(plan.std[0], model.calibration.std, rtol=1e-6)
+    assert (np.diff(plan.ratio) < 0).all()
+    assert next_presses(model, plan.loads).startswith("Readings are expected to err")
+
+
 @pytest.fixture(scope="module")
 def later(bench: Bench) -> Bench:
     """The same sensor weeks on: every LED, the filters, the residual and the camera drifted."""
@@ -186,7 +196,7 @@ def later(bench: Bench) -> Bench:
         residual=bench.residual + 0.12 * np.sin(2.5 * along + 0.4),
         gain=bench.gain * (1 + 0.03 * np.sin(1.5 * along)),
         shares=others + np.diag(1 - others.sum(axis=1)),
-        light=(amplitude * [0.93, 1.03, 0.97], offset + [0.5, -0.5, 0.3]),
+        light=(amplitude * [0.93, 1.03, 0.97], offset + np.array([0.5, -0.5, 0.3])),
     )
     influence = own.influence()
     own.influence = lambda: influence  # type: ignore[method-assign]  # the same of all frames
@@ -264,6 +274,31 @@ def test_unloaded_frames_tell_darkness_and_leave_the_light_of_channels_open(
         if one.ok:
             off = (one.forces - force).ravel()
             assert off @ np.linalg.solve(one.covariance, off) < chi2.ppf(1 - CHANCE / 8, 22) * 2
+
+
+def test_a_reader_that_follows_allows_for_drift_of_channels_that_is_stated(
+    model: ff.SensorModel, bench: Bench, later: Bench
+) -> None:
+    """One LED fades by 7 % and light leaks into its channel while a load sways."""
+    stated: dict[str, str] = {"polariscope.channels.0.amplitude": "200 +/- 5 %"}
+    found = model.sensor.polariscope.crosstalk
+    stated |= {f"{CROSSTALK}.0.{c}": f"{found[0][c]} +/- 0.01" for c in (1, 2)}
+    reader, rng = ff.Reader(model.with_tolerances(**stated)), np.random.default_rng(71)
+    assert bench.light is not None
+    assert bench.shares is not None
+    assert later.shares is not None
+    mean, count = loads(rng, 1)[0], 40
+    for k in range(count):
+        light = bench.light[0] * [1 - 0.07 * k / count, 1.0, 1.0], bench.light[1]
+        shares = bench.shares.copy()
+        shares[0] += k / count * (later.shares - bench.shares)[0]
+        own = replace(bench, light=light, shares=shares)
+        own.influence = bench.influence  # type: ignore[method-assign]
+        forces = mean * (1 + 0.3 * np.sin(k / 8))
+        reading = reader.read(own.frames(forces[None], rng)[0])
+        assert reading.ok
+        off = (reading.forces - forces).ravel()
+        assert off @ np.linalg.solve(reading.covariance, off) < chi2.ppf(1 - CHANCE / count, 22)
 
 
 def test_another_sensor_is_no_drift(model: ff.SensorModel, bench: Bench) -> None:

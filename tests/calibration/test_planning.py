@@ -128,12 +128,10 @@ def test_calibrations_of_several_channels_scatter_as_was_predicted(small, kind) 
         for wave, grey in zip(waves, (100, 80, 110), strict=True)
     ]
     lights = colours if kind == "colours" else [{"bias": 0}, {"bias": 90}]
-    shares = {"polariscope.crosstalk": "5 +/- 2 %"} if kind == "colours" else {}
-    dim = small.replace(
-        **{"camera.amplitude": 100.0, "polariscope.channels": lights, **shares}
-    )
+    shares = {"polariscope.crosstalk": "10 +/- 5 %"} if kind == "colours" else {}
+    dim = small.replace(**{"camera.amplitude": 100.0, "polariscope.channels": lights, **shares})
     rng, parameters = np.random.default_rng(2), [STRAIN_OPTIC]
-    loads = typical_loads(ff.characterize(dim), ff.Limits(force=1.0), 20)[-5:]
+    loads = typical_loads(ff.characterize(dim), ff.Limits(force=2.0), 20)[-5:]
     plan = ff.assess_presses(dim, loads, parameters)
     drawn = ff.characterize(dim.replace(**SCATTER, **LASTING))
     total, before = 0.0, plan.std[0]
@@ -149,7 +147,7 @@ def test_calibrations_of_several_channels_scatter_as_was_predicted(small, kind) 
         total += error @ np.linalg.solve(plan.covariance[-1], error)
     low, high = chi_square.ppf([1e-4, 1 - 1e-4], 8 * len(plan.names))
     assert low < total < high
-    assert (plan.std[-1] < 0.5 * before).all()  # so that the comparison is of what frames tell
+    assert (plan.std[-1] < 0.7 * before).all()  # so that the comparison is of what frames tell
 
 
 def test_the_error_added_to_readings_is_as_predicted(plan, planned_errors) -> None:

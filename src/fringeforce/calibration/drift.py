@@ -21,7 +21,7 @@ from fringeforce.calibration.crosstalk import allowed_shares
 from fringeforce.calibration.drift_report import EXPLAINED, FORCES, Drift, Told, missed
 from fringeforce.calibration.pads.drift import updated_pad
 from fringeforce.contacts.loads import checked_loads
-from fringeforce.design.light import CHANNELS, light_of_channels, pairs_of_channels
+from fringeforce.design.light import light_of_channels, pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.posterior import Posterior, Top
@@ -88,10 +88,10 @@ def update(
     """Bring a model up to date with frames whose loads nobody need have written down.
 
     The calibration is the prior; light, residual and the camera's shift and scale may have drifted
-    from it, and of several channels the light of each and cross-talk that there is.  Unloaded frames tell of all of these but the shift and the scale; frames under unknown
-    loads tell of these too, as loads of many frames fit one sensor.  How large forces are, known
-    loads alone tell: they find the scale of a given matrix that states a tolerance of it, and stay
-    out of what a calibration found.
+    from it, and of several channels the light of each and cross-talk that there is.  Unloaded
+    frames tell of the residual and of darkness; frames under unknown loads tell of all, as loads of
+    many frames fit one sensor.  How large forces are, known loads alone tell: they find the scale
+    of a given matrix that states a tolerance of it, and stay out of what a calibration found.
 
     Parameters
     ----------
@@ -538,7 +538,7 @@ class _State:
 
 def _seen(imaging: Imaging) -> Mask:
     """Pixels of a row that some channel uses, shape (P,)."""
-    return imaging.usable.reshape(-1, len(imaging.positions)).any(axis=0)
+    return np.any(imaging.usable.reshape(-1, len(imaging.positions)), axis=0)
 
 
 def _told(state: _State, imaging: Imaging, signed: bool) -> list[Told]:

@@ -271,8 +271,8 @@ def update(
 ) -> None:
     """Find drift since the calibration, without known loads.
 
-    Light, residual retardance and the place of the camera; of several channels the light of each and
-    cross-talk.
+    Light, residual retardance and the place of the camera; of several channels the light of each
+    and cross-talk.
 
     Frames need no known loads; these tell the scale of a given influence matrix besides. What may
     have changed is one standard deviation each. Ends with status 1 if no drift explains the frames.

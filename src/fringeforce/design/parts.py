@@ -401,13 +401,12 @@ class Design(Part):
             if path != "tolerances":
                 values["tolerances"] = without(values.get("tolerances", {}), path, value)
             *parents, key = path.split(".")
-            branch = values
+            branch: Any = values
             for parent in parents:
-                if not isinstance(branch.get(parent), dict):
-                    known = [name for name, part in branch.items() if isinstance(part, dict)]
-                    hint = suggestion(parent, known)
-                    raise DesignError(f"{path}: there is no part {parent!r} of a design; {hint}")
-                branch = branch[parent]
+                branch = _part(branch, parent, path)
+            if isinstance(branch, list):
+                branch[_index(branch, key, path)] = value
+                continue
             for rival in _rivals(key, value):
                 branch.pop(rival, None)
                 if rival != key:
@@ -425,6 +424,27 @@ class Design(Part):
     def to_toml(self) -> str:
         """The text of a design file that reads back to an equal design."""
         return toml_text(self)
+
+
+def _part(branch: Any, name: str, path: str) -> Any:
+    """A table below another or below a list, by its name or number, or a list, now changeable."""
+    key: Any = _index(branch, name, path) if isinstance(branch, list) else name
+    found = branch[key] if isinstance(branch, list) else branch.get(name)
+    if isinstance(found, tuple):
+        found = branch[key] = list(found)
+    if isinstance(found, dict | list):
+        return found
+    if isinstance(branch, list):
+        raise DesignError(f"{path}: {name} of the list is a number and has no parts.")
+    known = [own for own, part in branch.items() if isinstance(part, dict | list | tuple)]
+    raise DesignError(f"{path}: there is no part {name!r} of a design; {suggestion(name, known)}")
+
+
+def _index(branch: list[Any], name: str, path: str) -> int:
+    """Number of an element of a list."""
+    if name.isdigit() and int(name) < len(branch):
+        return int(name)
+    raise DesignError(f"{path}: there is no {name!r} in a list of {len(branch)}, counted from 0.")
 
 
 def _rivals(key: str, value: Any) -> tuple[str, ...]:
