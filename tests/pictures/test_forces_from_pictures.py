@@ -11,9 +11,11 @@ import tifffile
 from numpy.typing import NDArray
 from PIL import Image
 from rendering import Scene
-from scipy.stats import chi2
+from scipy.stats import binom, chi2
+from typer.testing import CliRunner
 
 import fringeforce as ff
+from fringeforce.cli import app
 from fringeforce.pictures.camera import line_camera
 from fringeforce.pictures.extraction import extract_frames, first_pictures
 from fringeforce.pictures.sampling import channels_of
@@ -73,36 +75,90 @@ KINDS: dict[Callable[[Levels, Path], None], dict[str, Any]] = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("crosstalk", "stated"),
-    [([], []), ([[0, 0.06, 0], [0.02, 0, 0.09], [0, 0.05, 0]], "5 +/- 5 %")],
-    ids=["narrow colours", "wide colours"],
-)
-def test_a_bayer_mosaic_tells_three_lights_apart(
-    crosstalk: list, stated: Any, tilted: Scene, loads: Levels, sensor: ff.Sensor, tmp_path: Path
-) -> None:
-    lit = [{"wavelength": f"{name} LED"} for name in ("red", "green", "blue")]
-    drawn = sensor.replace(**{"polariscope.channels": lit, "polariscope.crosstalk": stated})
+NARROW: list[list[float]] = []
+WIDE = [[0, 0.06, 0], [0.02, 0, 0.09], [0, 0.05, 0]]
+LIT = [{"wavelength": f"{name} LED"} for name in ("red", "green", "blue")]
+UNEQUAL = [
+    {**light, "amplitude": amplitude, "offset": offset}
+    for light, amplitude, offset in zip(LIT, (52000, 36000, 21000), (3000, 2200, 3500), strict=True)
+]
+"""LEDs of which the weakest has two fifths of the light of the strongest, 16 bits."""
+
+
+def bayer(
+    lights: list[dict[str, Any]], crosstalk: Any, scene: Scene, loads: Levels, sensor: ff.Sensor
+) -> NDArray[Any]:
+    """Raw pictures of three lights at once."""
     camera = {"pixels": 4000, "bits": 16, "amplitude": 52000, "offset": 3000, "noise": 0}
     fine = sensor.replace(**{f"camera.{key}": value for key, value in camera.items()})
-    fine = fine.replace(**{"polariscope.channels": lit, "polariscope.crosstalk": crosstalk})
-    light = ff.characterize(fine).expose(loads, rng=0) / (2**16 - 1)
+    fine = fine.replace(**{"polariscope.channels": lights, "polariscope.crosstalk": crosstalk})
     raw = []
-    for colours in light:
-        red, green, blue = (tilted.picture(one) for one in colours)
+    for colours in ff.characterize(fine).expose(loads, rng=0) / (2**16 - 1):
+        red, green, blue = (scene.picture(one) for one in colours)
         green[::2, ::2], green[1::2, 1::2] = red[::2, ::2], blue[1::2, 1::2]
         raw.append(green)
-    np.save(tmp_path / "raw.npy", quantised(np.array(raw), 0.01))
+    return quantised(np.array(raw), 0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("lights", "crosstalk", "stated"),
+    [(LIT, NARROW, []), (LIT, WIDE, "5 +/- 5 %"), (UNEQUAL, WIDE, "5 +/- 5 %")],
+    ids=["narrow colours", "wide colours", "unequal lights"],
+)
+def test_a_bayer_mosaic_tells_three_lights_apart(
+    lights: list[dict[str, Any]],
+    crosstalk: list,
+    stated: Any,
+    tilted: Scene,
+    loads: Levels,
+    sensor: ff.Sensor,
+    tmp_path: Path,
+) -> None:
+    drawn = sensor.replace(**{"polariscope.channels": LIT, "polariscope.crosstalk": stated})
+    np.save(tmp_path / "raw.npy", bayer(lights, crosstalk, tilted, loads, sensor))
     even = quantised(tilted.picture(np.full(1000, 0.7)), 0.01)
     region = ff.find_region([even], aspect=12.5, mosaic="RGGB")
     channels = channels_of(drawn.polariscope, region, colour=False)
     assert channels == ("R", "G", "B")
     first = first_pictures([tmp_path])
-    own = line_camera(first, region, sensor.transducer.length, channels).put_into(drawn)
+    seen = line_camera(first, region, sensor.transducer.length, channels)
+    own = seen.put_into(drawn)
+    if lights is UNEQUAL:
+        scale = (2**seen.bits - 1) / (2**16 - 1)
+        for light, true in zip(seen.lights, UNEQUAL, strict=True):
+            assert light.amplitude == pytest.approx(true["amplitude"] * scale, rel=0.1)
+            assert abs(light.offset - true["offset"] * scale) < 2 * 0.01 * light.amplitude
+        # two of four pixels are green, and one each red and blue
+        assert seen.lights[1].noise < 0.9 * seen.lights[2].noise
     frames, _ = extract_frames([tmp_path], own, region)
     distances = _distances(ff.Reader(ff.characterize(own)), frames, loads)
     assert max(distances) < chi2.ppf(1 - 0.001 / len(loads), loads[0].size)
+
+
+@pytest.mark.slow
+def test_two_commands_lead_from_pictures_of_unequal_lights_to_forces(
+    tilted: Scene, loads: Levels, sensor: ff.Sensor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    np.save("raw.npy", bayer(UNEQUAL, WIDE, tilted, loads, sensor))
+    np.save("even.npy", quantised(tilted.picture(np.full(1000, 0.7)), 0.01)[None])
+    drawn = {"polariscope.channels": LIT, "polariscope.crosstalk": "5 +/- 5 %"}
+    Path("drawn.toml").write_text(sensor.replace(**drawn).to_toml())
+    for words in (
+        "extract drawn.toml raw.npy --outline even.npy --mosaic RGGB --design own.toml -o f.h5",
+        "read own.toml f.h5 -o forces.csv",
+    ):
+        ended = CliRunner().invoke(app, words.split(), catch_exceptions=False)
+        assert ended.exit_code == 0, ended.output
+    assert f"{len(loads)} OK" in ended.output
+    rows = np.genfromtxt("forces.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    off, std = (
+        np.stack([rows[f"{name}_{kind}"] for name in ("normal", "tangential")], axis=-1)
+        for kind in ("N", "std_N")
+    )
+    inside = np.abs(off.reshape(loads.shape) - loads) < 1.96 * std.reshape(loads.shape)
+    assert inside.sum() >= binom.ppf(0.001, loads.size, 0.95)
 
 
 def _distances(reader: ff.Reader, frames: NDArray[Any], loads: Levels) -> list[float]:

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from scipy.ndimage import correlate1d, uniform_filter1d
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
+from fringeforce.design.light import CHANNELS
 from fringeforce.design.strip import Sensor
 from fringeforce.optics.camera import encoded
 from fringeforce.pictures.region import Region
@@ -33,6 +34,30 @@ EDGE = 0.3
 """How far an edge of the region may be off [pixels of the picture]."""
 
 
+class Light(NamedTuple):
+    """What one channel of a `LineCamera` sees, grey levels.
+
+    Attributes
+    ----------
+    amplitude, offset : float
+        Brightest less darkest level, and darkest level.
+    noise : float
+        Standard deviation of white noise that tells as much as the noise of its lines does.
+    """
+
+    amplitude: float
+    offset: float
+    noise: float
+
+    @property
+    def stated(self) -> dict[str, str]:
+        """Amplitude and offset as a design states them."""
+        return {
+            "amplitude": f"{self.amplitude:.1f} +/- 10 %",
+            "offset": f"{self.offset:.1f} +/- {DARK * self.amplitude:.2g}",
+        }
+
+
 @dataclass(frozen=True)
 class LineCamera:
     """A line camera that delivers what a `Sampler` takes from pictures.
@@ -41,10 +66,8 @@ class LineCamera:
     ----------
     pixels, bits : int
         Of the line.
-    amplitude, offset : float
-        Brightest less darkest level, and darkest level.
-    noise : float
-        Standard deviation of white noise that tells as much as the noise of the lines does.
+    lights : tuple of Light
+        Of each channel.
     blur : float
         Standard deviation of the sampling [m].
     shift, scale : float
@@ -55,24 +78,44 @@ class LineCamera:
 
     pixels: int
     bits: int
-    amplitude: float
-    offset: float
-    noise: float
+    lights: tuple[Light, ...]
     blur: float
     shift: float
     scale: float
     response: str = "linear"
 
+    @property
+    def noise(self) -> float:
+        """Of the channel that has most: a design has one noise."""
+        return max(light.noise for light in self.lights)
+
     def to_toml(self) -> str:
-        """The table [camera] of a design."""
+        """The table [camera] of a design, with what its channels state as comments."""
+        brightest = max(self.lights, key=lambda light: light.amplitude + light.offset)
+        several = len(self.lights) > 1
+        light = brightest.stated
+        if several:
+            light = {"amplitude": f"{brightest.amplitude:.1f}", "offset": f"{brightest.offset:.1f}"}
+        comment = (
+            "of the brightest channel; each states its own in [[polariscope.channels]]"
+            if several
+            else "from the brightest and darkest pixels; calibration finds it"
+        )
+        own = [
+            f'# channel {c}: amplitude = "{one.stated["amplitude"]}", '
+            f'offset = "{one.stated["offset"]}", of a noise of {one.noise:.3g}'
+            for c, one in enumerate(self.lights, start=1)
+            if several
+        ]
+        quote = "" if several else '"'
         return "\n".join(
             [
                 "[camera]",
                 f"pixels = {self.pixels}",
                 f"bits = {self.bits}",
-                f'amplitude = "{self.amplitude:.1f} +/- 10 %"  # from the brightest and darkest '
-                "pixels; calibration finds it",
-                f'offset = "{self.offset:.1f} +/- {DARK * self.amplitude:.2g}"',
+                f"amplitude = {quote}{light['amplitude']}{quote}  # {comment}",
+                f"offset = {quote}{light['offset']}{quote}",
+                *own,
                 f"noise = {self.noise:.3g}",
                 'noise_model = "gaussian"',
                 f'response = "{self.response}"',
@@ -84,9 +127,13 @@ class LineCamera:
         )
 
     def put_into(self, sensor: Sensor) -> Sensor:
-        """The design with this camera."""
+        """The design with this camera, and with the light of each of several channels."""
         values = tomllib.loads(self.to_toml())["camera"]
-        return sensor.replace(**{f"camera.{key}": value for key, value in values.items()})
+        stated = {f"camera.{key}": value for key, value in values.items()}
+        if len(self.lights) > 1:
+            for c, light in enumerate(self.lights):
+                stated |= {f"{CHANNELS}{c}.{key}": value for key, value in light.stated.items()}
+        return sensor.replace(**stated)
 
 
 def line_camera(
@@ -126,26 +173,28 @@ def line_camera(
     period = 2 if region.sites else 1
     count = int(region.length / period) if pixels is None else pixels
     sampler = Sampler(region, count, channels)
-    lines = np.array([sampler.line(picture) for picture in pictures])
+    lines = np.array([np.atleast_2d(sampler.line(picture)) for picture in pictures])
     # means of neighbours, so that noise does not lower the one and raise the other
     smooth = uniform_filter1d(lines, LAGS, axis=-1, mode="nearest")
-    low, high = float(smooth.min()), float(smooth.max())
-    if high <= low:
-        raise InputError("The pictures show no light on the strip; expose longer.")
+    low, high = smooth.min(axis=(0, 2)), smooth.max(axis=(0, 2))
+    if (high <= low).any():
+        named = [name for name, dark in zip(channels, high <= low, strict=True) if dark]
+        lost = f" in {' and '.join(named)}" if len(channels) > 1 else ""
+        raise InputError(f"The pictures show no light on the strip{lost}; expose longer.")
     noise = _noise(pictures, region, count, channels)
     top = 2**region.bits - 1
     # bits that resolve the noise, and the levels in them
-    bits = int(np.clip(np.ceil(np.log2(max(1.0, FINE * top / max(noise, 1e-6)))), region.bits, 16))
+    finest = max(float(noise.min()), 1e-6)
+    bits = int(np.clip(np.ceil(np.log2(max(1.0, FINE * top / finest))), region.bits, 16))
     scale = (2**bits - 1) / top
     grid = np.linspace(0, 1, 4096)
-    low, high = top * np.interp([low / top, high / top], encoded(grid, response), grid)
+    low, high = top * np.interp(np.array([low, high]) / top, encoded(grid, response), grid)
+    amplitude, offset = np.floor(np.array([high - low, low]) * scale * 10) / 10
     step = length / region.length
     return LineCamera(
         pixels=count,
         bits=bits,
-        amplitude=np.floor((high - low) * scale * 10) / 10,
-        offset=np.floor(low * scale * 10) / 10,
-        noise=noise * scale,
+        lights=tuple(map(Light, amplitude.tolist(), offset.tolist(), (noise * scale).tolist())),
         blur=sampler.spread * length / count,
         shift=EDGE * step / np.sqrt(2),
         scale=EDGE * np.sqrt(2) / region.length,
@@ -155,8 +204,8 @@ def line_camera(
 
 def _noise(
     pictures: Sequence[NDArray[Any]], region: Region, pixels: int, channels: Sequence[str]
-) -> float:
-    """Standard deviation of a line [grey levels of the picture], the largest of the channels."""
+) -> Array:
+    """Standard deviation of a line of each channel [grey levels of the picture]."""
     period = 2 if region.sites else 1
     if region.width * (1 - 2 * region.margin) < 2 * BANDS * period:
         raise InputError(
@@ -170,7 +219,7 @@ def _noise(
     for picture in pictures:
         lines = np.array([np.atleast_2d(band.line(picture)) for band in bands])
         powers.append([_power(lines[:, channel], top) for channel in range(lines.shape[1])])
-    return float(np.sqrt(np.mean(powers, axis=0).max()))
+    return np.sqrt(np.mean(powers, axis=0))
 
 
 def _band(region: Region, low: float, high: float) -> Region:
