@@ -11,7 +11,7 @@ from fringeforce.calibration.bench_loads import loads_on_tactels
 from fringeforce.calibration.bench_posterior import State
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.strip_search import StripSearch
-from fringeforce.estimation.bounds import covariance
+from fringeforce.estimation.bounds import fisher_information
 from fringeforce.estimation.frame_exposure import expose, node_columns
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.models.as_built import BuiltSensor
@@ -67,7 +67,8 @@ class Simulation:
         truth = model.pixel_influence.reshape(model.sensor.camera.pixels, -1)
         response = camera_response(model.sensor.camera)
         self.typical = typical.reshape(len(typical), -1)
-        spreads = [covariance(truth @ f, truth, response) for f in self.typical]
+        told = [fisher_information(truth @ f, truth, response) for f in self.typical]
+        spreads = np.linalg.inv(told)
         self.noise = float(np.mean([np.trace(spread) for spread in spreads]))
         self.levels = response.level(self.typical @ truth.T)
 

@@ -2,13 +2,10 @@
 
 import numpy as np
 import pytest
-import scipy.linalg
-from scipy.linalg import eigh
 from scipy.optimize import minimize
-from uncertain_phase import agreed
 
 import fringeforce as ff
-from fringeforce.estimation.bounds import covariance, cramer_rao_bound, fisher_information
+from fringeforce.estimation.bounds import cramer_rao_bound, fisher_information
 from fringeforce.estimation.estimate import least_squares
 from fringeforce.estimation.likelihood import Response, misfit
 from fringeforce.models.imaging import camera_response
@@ -55,7 +52,7 @@ def test_information_is_the_curvature_of_the_expected_loss() -> None:
     np.testing.assert_allclose(numeric, exact, rtol=1e-4)
 
 
-def test_estimates_scatter_as_their_covariance_says() -> None:
+def test_estimates_scatter_as_the_bound_says() -> None:
     influence, loads = small_problem()
     rng = np.random.default_rng(0)
     level = RESPONSE.level(influence @ loads)
@@ -63,41 +60,30 @@ def test_estimates_scatter_as_their_covariance_says() -> None:
     for _ in range(400):
         frame = level + rng.normal(0, 3, len(level))
         found.append(likeliest(frame, loads + 0.05, influence, RESPONSE))
-    spread = covariance(influence @ loads, influence, RESPONSE)
+    spread = np.linalg.inv(fisher_information(influence @ loads, influence, RESPONSE))
     np.testing.assert_allclose(np.cov(np.array(found).T), spread, atol=0.25 * spread.max())
     assert np.abs(np.mean(found, axis=0) - loads).max() < 4 * np.sqrt(spread.max() / 400)
-
-
-def test_the_covariance_meets_the_bound_where_there_is_slope() -> None:
-    influence, loads = small_problem()
     bound = cramer_rao_bound(influence @ loads, influence, RESPONSE)
-    spread = np.sqrt(np.diag(covariance(influence @ loads, influence, RESPONSE)))
-    np.testing.assert_allclose(spread, bound, rtol=0.02)
+    np.testing.assert_allclose(bound, np.sqrt(np.diag(spread)))
 
 
-def test_at_silence_the_bound_is_infinite_and_the_covariance_is_not() -> None:
+def test_at_silence_the_bound_is_infinite() -> None:
     influence, _ = small_problem()
     assert np.isinf(cramer_rao_bound(np.zeros(len(influence)), influence, RESPONSE)).all()
-    spread = np.sqrt(np.diag(covariance(np.zeros(len(influence)), influence, RESPONSE)))
-    assert (spread > 0.001).all()
-    assert (spread < 1).all()
 
 
-@pytest.mark.parametrize("size", [0.02, 0.05, 0.1, 1.0])
-def test_the_covariance_agrees_with_the_variance_of_the_phase_that_it_causes(size: float) -> None:
-    influence, loads = small_problem()
-    phase = size * influence @ loads
-    found = covariance(phase, influence, RESPONSE)
-    other = agreed(influence, size * loads, RESPONSE)
-    np.testing.assert_allclose(np.diag(found), np.diag(other), rtol=0.05)
-
-
-@pytest.mark.parametrize("unit", [1e-6, 1e6])
-def test_the_covariance_is_the_same_in_any_unit_of_force(unit: float) -> None:
-    influence, loads = small_problem()
-    plain = covariance(influence @ loads, influence, RESPONSE)
-    scaled = covariance(influence @ loads, influence * unit, RESPONSE)
-    np.testing.assert_allclose(scaled * unit**2, plain, rtol=1e-6)
+def test_slopes_are_those_of_the_levels_with_cross_talk() -> None:
+    influence, loads = small_problem(60)
+    stacked = np.concatenate([influence, 1.2 * influence, 1.4 * influence])
+    shares = np.array([[0.9, 0.1, 0.0], [0.05, 0.85, 0.1], [0.1, 0.2, 0.7]])
+    amplitude = np.repeat([200.0, 150.0, 90.0], 60)
+    mixed = Response(amplitude, 20.0, 9.0, bias=np.repeat([0.0, 0.4, 0.0], 60), shares=shares)
+    step = 1e-6
+    numeric = [
+        (mixed.level(stacked @ (loads + h)) - mixed.level(stacked @ (loads - h))) / (2 * step)
+        for h in step * np.eye(3)
+    ]
+    np.testing.assert_allclose(mixed.jacobian(stacked @ loads, stacked).T, numeric, atol=1e-4)
 
 
 def test_least_squares_returns_the_forces_behind_a_phase(model: ff.SensorModel) -> None:
@@ -144,29 +130,3 @@ def test_limits_of_a_dry_contact_hold_and_are_reported(model: ff.SensorModel) ->
     assert limited.forces[0].min() >= -1e-12
     assert (np.abs(limited.forces[1]) <= 0.3 * limited.forces[0] + 1e-9).all()
     assert limited.limited[[1, 3, 6]].all()
-
-
-@pytest.mark.parametrize(("pixels", "count"), [(512, 23), (600, 32), (2048, 11)])
-@pytest.mark.parametrize("largest", [0.3, 3.0])
-def test_covariances_are_those_of_all_pixels_in_every_direction(
-    sensor: ff.Sensor, pixels: int, count: int, largest: float
-) -> None:
-    """However few pixels there are for a load; the mean of sin^2 is iterated over all of them."""
-    changes = {"camera.pixels": pixels, "tactels.count": count, "tactels.pitch": 12e-3 / count}
-    model = ff.characterize(sensor.replace(**changes))
-    influence, response = model.frame_influence, model.response
-    rng = np.random.default_rng(count)
-    phase = influence @ ff.polar(largest * rng.random(count), rng.uniform(-15, 15, count)).ravel()
-    steepest = response.amplitude**2 / (8 * response.variance)
-    spread = np.linalg.inv((influence.T * steepest) @ influence)
-    for _ in range(60):
-        variance = np.einsum("ki,ij,kj->k", influence, spread, influence)
-        weight = steepest * (1 - np.exp(-2 * variance) * np.cos(2 * phase))
-        after = np.linalg.inv((influence.T * weight) @ influence)
-        moved = eigh(after, spread, eigvals_only=True)
-        spread = np.real(np.asarray(scipy.linalg.sqrtm(spread @ np.linalg.inv(after)))) @ after
-        spread = (spread + spread.T) / 2
-        if np.abs(moved - 1).max() < 1e-4:
-            break
-    found = eigh(covariance(phase, influence, response), spread, eigvals_only=True)
-    np.testing.assert_allclose(found, 1, atol=0.05)

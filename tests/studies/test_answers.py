@@ -1,6 +1,7 @@
 """Resolution, convergence and sensitivity against what is known otherwise."""
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from fringeforce.studies.performance import coarse_model, performance
 from fringeforce.studies.range import range_study
 from fringeforce.studies.resolution import resolution, resolution_study
 from fringeforce.studies.sensitivity import local_sensitivity, variance_indices
+from reading.exact_frames import Bench, drawing
 
 pytestmark = pytest.mark.slow
 
@@ -36,6 +38,67 @@ def test_deviations_are_those_of_many_readings(model: ff.SensorModel) -> None:
     # "What one frame can tell" in docs/theory/errata.md: about 0.015 N and 0.023 N
     assert found.bound.mean(axis=1)[0] == pytest.approx([0.0147, 0.0234], rel=0.03)
     assert found.condition == pytest.approx(120, rel=0.03)
+
+
+def colours(crosstalk: str, amplitudes: Sequence[str | float]) -> ff.Sensor:
+    """The strip with roller edges under three lights."""
+    waves = "635 nm", "525 nm", "470 nm"
+    lights = [
+        {"wavelength": wave, "amplitude": grey}
+        for wave, grey in zip(waves, amplitudes, strict=True)
+    ]
+    return drawing(**{"polariscope.channels": lights, "polariscope.crosstalk": crosstalk})
+
+
+@pytest.mark.parametrize(
+    ("shares", "std", "light"), [(0.05, 0.02, 0.02), (0.15, 0.0, 0.0), (0.1, 0.04, 0.02)]
+)
+def test_deviations_with_cross_talk_are_those_of_readings_of_exact_frames(
+    shares: float, std: float, light: float
+) -> None:
+    bright, frames = np.array([200.0, 140.0, 90.0]), 120
+    stated = colours(
+        f"{100 * shares:g} +/- {100 * std:g} %" if std else f"{100 * shares:g} %",
+        [f"{grey:g} +/- {100 * light:g} %" if light else grey for grey in bright],
+    )
+    model, load = ff.characterize(stated), ff.polar(0.8, 10, n=11)
+    found = resolution(model, load[None])
+    reader, rng = ff.Reader(model), np.random.default_rng(0)
+    bench = Bench(stated, stated.tactels.positions, np.zeros(11))
+    influence = bench.influence()
+    bench.influence = lambda: influence  # type: ignore[method-assign]  # the same of all frames
+    readings = []
+    for _ in range(frames):
+        others = np.abs(shares + std * rng.standard_normal((3, 3))) * (1 - np.eye(3))
+        bench.shares = others + np.diag(1 - others.sum(axis=1))
+        dark = np.full(3, stated.camera.offset)
+        bench.light = bright * (1 + light * rng.standard_normal(3)), dark
+        readings.append(reader.search(bench.frames(load[None], rng)[0]))
+    good = [one for one in readings if one.ok]
+    assert len(good) > 0.95 * frames
+    said = np.mean([np.square(one.std) for one in good], axis=0)
+    assert np.sqrt(said / np.square(found.std[0])) == pytest.approx(1.0, abs=0.05)
+    squares = np.square([one.forces - load for one in good])
+    assert np.sqrt(squares.mean() / np.square(found.std).mean()) == pytest.approx(1, abs=0.1)
+    # two sides of two bounds: of loads alone, and with what is uncertain beside them
+    assert (found.bound <= 1.02 * found.std).all()
+    assert (found.bound > 0.9 * found.std).all()
+
+
+def test_cross_talk_and_weak_lights_cost_what_sweeps_say() -> None:
+    """Light of other channels blurs fringes of one, and a weak one shows less of them."""
+    equal = [200.0, 200.0, 200.0]
+    seed, worst = np.random.SeedSequence(0), []
+    for sensor in (
+        colours("0 %", equal),
+        colours("20 %", equal),
+        colours("20 +/- 5 %", equal),
+        colours("20 %", [200.0, 80.0, 80.0]),
+    ):
+        worst.append(performance(coarse_model(sensor), 1.0, seed).mean_uncertainty)
+    none, shared, unknown, weak = worst
+    assert none < shared < unknown
+    assert shared < weak
 
 
 def test_the_answer_about_resolution_agrees_with_its_table(

@@ -40,6 +40,19 @@ def test_what_the_orders_leave_grows_by_their_power(short: ff.Sensor) -> None:
     assert "second order up to" in found.text
 
 
+def test_two_equal_channels_halve_the_variance_and_leave_the_error(short: ff.Sensor) -> None:
+    """They see the same fringes, so that light of the one in the other changes nothing either."""
+    twice = short.replace(
+        **{"polariscope.channels": [{"bias": 0}, {"bias": 0}], "polariscope.crosstalk": "20 %"}
+    )
+    one, two = (strain_study(each, loads=(1.0,)) for each in (short, twice))
+    for column in (2, 3, 4, 5):
+        assert _column(two.rows, column) == pytest.approx(_column(one.rows, column), rel=0.05)
+    for column in (6, 7):
+        ratio = _column(two.rows, column) / _column(one.rows, column)
+        assert ratio == pytest.approx(np.sqrt(2), rel=0.1)  # of figures of two digits
+
+
 @pytest.fixture(scope="module")
 def soft() -> ff.Sensor:
     """A soft skin under a small camera."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -31,6 +31,9 @@ class Response:
         where the converter clips nothing.
     bias : float or ndarray, shape (P,)
         Phase that the polariscope adds to the strip's [rad]; none in a dark field.
+    shares : ndarray, shape (C, C)
+        Cross-talk: of the fringes of every channel in those of each, whose pixels stand in turn;
+        shape (0, 0) without.
     """
 
     amplitude: float | Array
@@ -39,22 +42,30 @@ class Response:
     floor: float = -np.inf
     ceiling: float = np.inf
     bias: float | Array = 0.0
+    shares: Array = field(default_factory=lambda: np.empty((0, 0)))
 
     def level(self, phase: Array) -> Array:
         """Expected grey level before clipping."""
         return self.amplitude * self.brightness(phase) + self.offset
 
     def brightness(self, phase: Array) -> Array:
-        """Normalised intensity."""
-        return np.sin((phase + self.bias) / 2) ** 2
+        """Normalised intensity, cross-talk included; the last axis is that of pixels."""
+        return self._mixed(np.sin((phase + self.bias) / 2) ** 2)
+
+    def _mixed(self, light: Array) -> Array:
+        """Light of all channels, shape (..., P), with that of others in each."""
+        if not len(self.shares):
+            return light
+        lines = light.reshape(*light.shape[:-1], len(self.shares), -1)
+        return (self.shares @ lines).reshape(light.shape)
 
     def at(self, pixels: NDArray[Any] | slice) -> Response:
-        """Response of some pixels only, chosen by a mask, by numbers or by a slice."""
+        """Response of some pixels only, by a mask, by numbers or by a slice; without cross-talk."""
         amplitude, offset, bias = (
             value[pixels] if isinstance(value, np.ndarray) else value
             for value in (self.amplitude, self.offset, self.bias)
         )
-        return replace(self, amplitude=amplitude, offset=offset, bias=bias)
+        return replace(self, amplitude=amplitude, offset=offset, bias=bias, shares=np.empty((0, 0)))
 
     @cached_property
     def even(self) -> bool:
@@ -62,8 +73,21 @@ class Response:
         return bool(np.all(np.abs(np.sin(self.bias)) < NO_BIAS))
 
     def slope(self, phase: Array) -> Array:
-        """Derivative of the grey level by the phase."""
+        """Derivative of the grey level by the phase; without cross-talk."""
         return self.amplitude / 2 * np.sin(phase + self.bias)
+
+    def jacobian(self, phase: Array, influence: Array) -> Array:
+        """What phases that change change in the grey levels, shape (P, m).
+
+        Parameters
+        ----------
+        phase : ndarray, shape (P,)
+            Phase [rad].
+        influence : ndarray, shape (P, m)
+            Its change with each of m unknowns.
+        """
+        turned = np.sin(phase + self.bias) * influence.T
+        return np.asarray((self.amplitude / 2 * self._mixed(turned)).T)
 
 
 @dataclass(frozen=True, eq=False)

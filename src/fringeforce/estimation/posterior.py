@@ -315,7 +315,8 @@ class Posterior:
         phase = self.phase(top)
         faint = np.abs(phase).max() < LINEAR_PHASE
         columns = np.concatenate([node_columns(self.model, top.unknowns), waves])
-        curvature, variance = self._curvature(phase), np.zeros(nodes)
+        curvature = self._curvature(phase) if faint else np.zeros(nodes)
+        variance = np.zeros(nodes)
         covariance = np.linalg.inv(known[: at.size, : at.size])
         for _ in range(SECOND_ORDER if faint or len(waves) else 0):
             full = known

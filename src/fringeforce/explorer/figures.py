@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fringeforce.contacts.loads import paper_load
-from fringeforce.estimation.bounds import covariance
 from fringeforce.models.strip import SensorModel
+from fringeforce.studies.performance import uncertainties
 from fringeforce.studies.summary import LINEAR, fringe_density, surface_strain
 
 VISIBLE = 3.0
@@ -40,10 +40,9 @@ class Figure:
 
 def design_figures(model: SensorModel) -> list[Figure]:
     """Figures of a sensor under the paper's load, in the order of a designer's questions."""
-    psi = model.frame_influence
-    n = model.sensor.tactels.count
-    phase = psi @ paper_load(n).ravel()
-    spread = np.sqrt(np.diag(covariance(phase, psi, model.response)))
+    psi, load = model.frame_influence, paper_load(model.sensor.tactels.count)
+    phase = psi @ load.ravel()
+    spread = uncertainties(model, load[None])
     largest = 0.5 / max(fringe_density(model), 1e-12)
     smallest = VISIBLE * float(spread.max())
     return [

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from fringeforce.acquisition.sinks.sink import Readings
 from fringeforce.contacts.contact import Contact, Friction
-from fringeforce.estimation.bounds import covariance
 from fringeforce.explorer.live import ContactFollower, Glimpse
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[Any]
 
@@ -31,7 +31,7 @@ class StripDisplay:
     queue = 8
 
     def __init__(self, model: SensorModel) -> None:
-        self.model = model
+        self.model, self._reader = model, StripFrameReader(model)
 
     def glimpse(self, readings: Readings) -> Glimpse:
         """The last line, its phase, and what contacts are followed by."""
@@ -69,7 +69,6 @@ class StripDisplay:
         spread = std.ravel()
         if status is not Status.OK:
             return np.diag(spread**2)
-        psi = self.model.frame_influence
-        bound = covariance(psi @ forces.ravel(), psi, self.model.response)
+        bound = self._reader.expected_covariance(forces)
         own = np.sqrt(np.diag(bound))
         return bound / np.outer(own, own) * np.outer(spread, spread)

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.design.light import CROSSTALK
+from fringeforce.design.light import CROSSTALK, Polariscope
 from fringeforce.design.parts import Converter
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.bench_record import BenchRecord
 from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.jones import Fringe
-from fringeforce.optics.polariscope import Picture
+from fringeforce.optics.polariscope import Picture, together
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -179,9 +179,20 @@ def designed_response(sensor: Sensor, seen: Sequence[Picture]) -> Response:
     if len(seen) == 1 and replace(seen[0].fringe, spread=0.0) == Fringe():
         return camera_response(camera, float(bright[0]), float(dark[0]))
     fringes = np.array([[p.fringe.amplitude, p.fringe.bias, p.fringe.offset] for p in seen]).T
-    own = [bright * fringes[0], fringes[1], dark + bright * fringes[2]]
+    strength, lost = (together(sensor.polariscope, list(row[:, None])) for row in fringes[[0, 2]])
+    own = [bright * np.ravel(strength), fringes[1], dark + bright * np.ravel(lost)]
     amplitude, bias, offset = np.repeat(own, camera.pixels, axis=1)
-    return replace(camera_response(camera, amplitude, offset), bias=bias)
+    shares = fringe_shares(sensor.polariscope, seen)
+    return replace(camera_response(camera, amplitude, offset), bias=bias, shares=shares)
+
+
+def fringe_shares(light: Polariscope, seen: Sequence[Picture]) -> Array:
+    """Share that the fringes of every channel have in those of each; (0, 0) without cross-talk."""
+    shares = light.channel_shares
+    if not len(shares):
+        return shares
+    weighed = shares * np.array([one.fringe.amplitude for one in seen])
+    return np.asarray(weighed / weighed.sum(axis=1, keepdims=True))
 
 
 def camera_response(

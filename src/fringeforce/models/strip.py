@@ -49,7 +49,13 @@ from fringeforce.models.finite_strain import (
     finite_press_phase,
     strain_phase,
 )
-from fringeforce.models.imaging import Calibration, Imaging, camera_response, designed_response
+from fringeforce.models.imaging import (
+    Calibration,
+    Imaging,
+    camera_response,
+    designed_response,
+    fringe_shares,
+)
 from fringeforce.models.imaging_files import (
     read_calibration,
     read_imaging,
@@ -199,7 +205,8 @@ class SensorModel:
             return designed_response(self.sensor, self._pictures)
         light = imaging.amplitude, imaging.offset, imaging.light_variance
         bias = np.repeat([one.fringe.bias for one in self._pictures], camera.pixels)
-        return replace(camera_response(camera, *light), bias=bias)
+        shares = fringe_shares(self.sensor.polariscope, self._pictures)
+        return replace(camera_response(camera, *light), bias=bias, shares=shares)
 
     def phase(
         self,

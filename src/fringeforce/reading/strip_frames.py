@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.loads import checked_loads
+from fringeforce.estimation.bounds import bounds_of
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.frame_information import information
 from fringeforce.models.strip import SensorModel
@@ -99,8 +100,7 @@ class StripFrames(FrameReader):
         unknowns[: len(loads)] = loads
         known = information(model, expose(model, unknowns)[0], unknowns, model.fields[:0])
         known[len(loads) :, len(loads) :] += np.eye(len(known) - len(loads))
-        spread = np.linalg.pinv(known, hermitian=True)[: len(loads), : len(loads)]
-        return np.sqrt(np.diag(spread)).reshape(self.forces_shape)
+        return bounds_of(known)[: len(loads)].reshape(self.forces_shape)
 
     def refusal(self, frame: Array, lines: Lines) -> Status:
         """What is the matter with a frame that nothing explains."""

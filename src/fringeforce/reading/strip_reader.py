@@ -9,17 +9,18 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 
 from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
+from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
 from fringeforce.estimation.faint_light import faint_light
 from fringeforce.estimation.followed_frames import JUMP
-from fringeforce.estimation.frame_exposure import node_phase
+from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.frame_loss import Prior, pulls_at
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases, mixture
 from fringeforce.estimation.likelihood import NO_BIAS
@@ -658,6 +659,24 @@ class StripFrameReader(StripFrames):
         if prior is None:
             prior = self.prior_near(unknowns[:count])
         return self.calibration_uncertainty.covariance(frame, prior, whole, used)
+
+    def expected_covariance(self, forces: ArrayLike) -> Array:
+        """Covariance that a reading of a frame of these forces states, shape (2n, 2n) [N^2].
+
+        Of a frame without noise, by the second order of large strain.
+
+        Parameters
+        ----------
+        forces : array_like, shape (n, 2)
+            Normal and tangential force of every tactel [N].
+        """
+        loads = checked_loads(forces, self.model.sensor.tactels.count).ravel()
+        unknowns = np.zeros(self.uncertain.frame.at.size)
+        unknowns[: len(loads)] = loads
+        model, prior = self.uncertain.under(loads), self.prior_near(loads)
+        frame = np.where(self.usable_pixels, expose(model, unknowns)[0], np.nan)
+        covariance = Posterior(model, prior, frame, self._bins).covariance(Top(unknowns, 0, 0, 0))
+        return covariance + self.calibration_covariance(unknowns, self.usable_pixels, prior)
 
     def prior_near(self, loads: Array) -> Prior:
         """Prior of unknowns for contacts that push as these loads (2n,) do [N]."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 
 from fringeforce.design.strip import Sensor
-from fringeforce.estimation.bounds import covariance
+from fringeforce.design.tolerances import Tolerances
 from fringeforce.mechanics.mesh import strip_mesh
 from fringeforce.models.strip import SensorModel, characterize
+from fringeforce.reading.strip_reader import StripFrameReader
 from fringeforce.studies.limits import (
     SIGN_BY_CONTACT,
     border_influence,
@@ -38,7 +39,8 @@ class Performance:
     Attributes
     ----------
     worst_uncertainty, mean_uncertainty : float
-        Largest and mean standard deviation of a force read from one frame [N].
+        Largest and mean standard deviation of a force read from one frame [N], with tolerances of
+        light and camera, layers and contacts as drawn.
     largest_load : float
         Normal force on a tactel up to which camera and linear elasticity follow any load [N].
     edge_load : float
@@ -117,6 +119,18 @@ def performance(
     )
 
 
+def light_reader(model: SensorModel) -> StripFrameReader:
+    """What reads a strip of small strain with tolerances of light and camera alone.
+
+    Those of layers and contacts would cost solutions of each of many designs.
+    """
+    sensor, mine = model.sensor, ("camera.", "polariscope.")
+    kept = {path: std for path, std in sensor.tolerances.items() if path.startswith(mine)}
+    small = sensor.transducer.model_copy(update={"strain": "linear", "influence_error": 0.0})
+    alone = sensor.model_copy(update={"tolerances": Tolerances(kept), "transducer": small})
+    return StripFrameReader(replace(model, sensor=alone))
+
+
 def uncertainties(model: SensorModel, loads: np.ndarray) -> np.ndarray:
     """Standard deviations of one frame's forces under loads (k, n, 2), shape (k, n, 2) [N]."""
     spreads = covariances(model, loads)
@@ -124,7 +138,9 @@ def uncertainties(model: SensorModel, loads: np.ndarray) -> np.ndarray:
 
 
 def covariances(model: SensorModel, loads: np.ndarray) -> np.ndarray:
-    """Covariances of one frame's forces under loads (k, n, 2), shape (k, 2n, 2n) [N^2]."""
-    psi = model.frame_influence
-    phases = loads.reshape(len(loads), -1) @ psi.T
-    return np.array([covariance(phase, psi, model.response) for phase in phases])
+    """Covariances that readings of loads (k, n, 2) state, shape (k, 2n, 2n) [N^2].
+
+    With tolerances of light and camera; layers and contacts are as drawn.
+    """
+    reader = light_reader(model)
+    return np.array([reader.expected_covariance(load) for load in loads])

@@ -9,10 +9,9 @@ from matplotlib.axes import Axes
 
 from fringeforce.base.arrays import Array
 from fringeforce.design.strip import Sensor
-from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.models.strip import SensorModel
 from fringeforce.studies.loads import load_maps
-from fringeforce.studies.performance import covariances
+from fringeforce.studies.performance import covariances, light_reader
 from fringeforce.studies.study_result import StudyResult
 
 COMPONENTS = Sensor.components
@@ -27,7 +26,8 @@ class Resolution:
     loads : ndarray, shape (k, n, 2)
         The maps [N].
     bound : ndarray, shape (k, n, 2)
-        Cramer-Rao bounds [N]; infinite where the intensity is flat to first order.
+        Cramer-Rao bounds, with tolerances of light and camera [N]; infinite where the intensity is
+        flat to first order.
     std : ndarray, shape (k, n, 2)
         Standard deviations that also count the curvature where the slope vanishes, as those of
         readings do [N].
@@ -47,18 +47,16 @@ class Resolution:
 
 def resolution(model: SensorModel, loads: Array) -> Resolution:
     """Bounds, standard deviations and crosstalk of a model under loads (k, n, 2) [N]."""
-    psi = model.frame_influence
-    phases = loads.reshape(len(loads), -1) @ psi.T
+    reader = light_reader(model)
     spreads = covariances(model, loads)
     std = np.sqrt(np.diagonal(spreads, axis1=1, axis2=2))
     correlation = spreads / (std[:, :, None] * std[:, None, :])
-    bound = np.array([cramer_rao_bound(phase, psi, model.response) for phase in phases])
     return Resolution(
         loads=loads,
-        bound=bound.reshape(loads.shape),
+        bound=np.array([reader.bound(load) for load in loads]),
         std=std.reshape(loads.shape),
         crosstalk=np.sqrt((correlation**2).mean(axis=0)),
-        condition=float(np.linalg.cond(psi)),
+        condition=float(np.linalg.cond(model.frame_influence)),
     )
 
 

@@ -85,9 +85,9 @@ def local_sensitivity(sensor: Sensor, paths: Sequence[str]) -> tuple[SensorModel
     changes = np.concatenate([ratio * psi for ratio in model.dispersions], axis=1)
     phase, response = influence @ forces.ravel(), model.response
     information = fisher_information(phase, influence, response)
-    levels = (changes @ forces.ravel()) * response.slope(phase)
-    jacobian = influence * response.slope(phase)[:, None]
-    moved = np.linalg.solve(information, jacobian.T @ levels.T / response.variance).T
+    levels = response.jacobian(phase, (changes @ forces.ravel()).T)
+    slopes = response.jacobian(phase, influence)
+    moved = np.linalg.solve(information, slopes.T @ levels / response.variance).T
     shape = (len(paths), -1, *model.psi.shape[1:])
     return model, LocalSensitivity(
         tuple(paths), psi.reshape(shape), np.asarray(moved.reshape(shape)[:, 0], float)

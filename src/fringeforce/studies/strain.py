@@ -124,17 +124,18 @@ def at_load(model: SensorModel, curvature: Array, load: float) -> AtLoad:
     """
     forces = polar(load, PAPER_ANGLE, model.sensor.tactels.count)
     flat, influence = forces.ravel(), model.frame_influence
-    true = model.phase(forces, strain="finite")
+    ratios = model.dispersions
+    true = np.concatenate([ratio * model.phase(forces, strain="finite") for ratio in ratios])
     linear = influence @ flat
-    bent = curvature @ flat
+    bent = np.concatenate([ratio * (curvature @ flat) for ratio in ratios])
     error = np.stack([true - linear, true - linear - bent @ flat])
     # least squares of the grey levels take an error of the phase for these forces, to first order;
     # the second order is seen along its own tangent
     response, found, deviations = model.response, [], []
     for left, tangent in zip(error, (influence, influence + 2 * bent), strict=True):
         information = fisher_information(true, tangent, response)
-        weights = np.square(response.slope(true)) / response.variance
-        moved = np.linalg.solve(information, tangent.T @ (weights * left))
+        slopes, grey = response.jacobian(true, tangent), response.jacobian(true, left[:, None])
+        moved = np.linalg.solve(information, slopes.T @ grey[:, 0] / response.variance)
         spread = np.sqrt(np.diag(np.linalg.inv(information)))
         found.append(np.abs(moved).max())
         deviations.append(np.abs(moved / spread).max())
@@ -227,7 +228,6 @@ def strain_study(
         loads = LOADS if skin is None else [float(f"{share * full:.2g}") for share in SQUASHED]
     report = progress or (lambda title, done, total: None)
     plain = without_creep(sensor.model_copy(update={"tolerances": Tolerances()}))
-    plain = plain.replace(**{"polariscope.channels": []})
     loaded = TACTELS if skin is None else CONTACT
     report(loaded.beyond, 0, len(loads) + 1)
     compare = _tactels(plain, wide) if skin is None else _contact(plain, wide)
