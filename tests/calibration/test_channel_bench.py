@@ -307,3 +307,14 @@ def test_another_sensor_is_no_drift(model: ff.SensorModel, bench: Bench) -> None
     found = ff.update(model, thick.frames(loads(rng, 4), rng)).calibration
     assert found is not None
     assert not found.usable
+
+
+def test_loads_of_other_frames_are_not_to_be_used(bench: Bench) -> None:
+    """What explains none of them runs to the thinnest cover that is solved, and no farther."""
+    forces, frames = pressed(bench, 0)
+    mixed = np.random.default_rng(0).permutation(PRESSES)
+    found = ff.calibrate(drawn(), frames, forces[mixed], aside=0).calibration
+    assert found is not None
+    assert not found.usable
+    thickness = found.values[found.names.index(THICKNESS)]
+    assert 0.5e-3 / 4 * (1 - 1e-9) <= thickness <= 0.5e-3 * 4 * (1 + 1e-9)

@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from fringeforce.calibration.columns import Columns
 from fringeforce.calibration.contact_phase import ContactPhases
 from fringeforce.calibration.strain_phase import StrainPhases
 from fringeforce.estimation.frame_climb import climb
-from fringeforce.estimation.frame_exposure import node_phase
+from fringeforce.estimation.frame_exposure import NARROWEST_BLUR, node_phase, positive
 from fringeforce.estimation.frame_loss import Prior, loss_at
 from fringeforce.estimation.frame_model import FrameModel, Layout
 from fringeforce.estimation.linearised_frame import (
@@ -370,7 +370,7 @@ class BenchPosterior:
         for f, own in enumerate(state.own):
             found, square, count = loss_at(
                 models.of_frame(f),
-                self._prior(f, state.shared, free=True),
+                self._prior(f, state.shared),
                 self.bench.frames[f],
                 models.unknowns(f, own, state.shared),
             )
@@ -383,19 +383,19 @@ class BenchPosterior:
     def _shared_loss(self, shared: Array) -> float:
         return float(self.expected.precision @ np.square(shared))
 
-    def _prior(self, f: int, shared: Array, free: bool) -> Prior:
-        """Of the unknowns of a frame's model; the shared ones are free or do not move."""
+    def _prior(self, f: int, shared: Array) -> Prior:
+        """Of the unknowns of a frame's model; the shared ones are free."""
         at, (mine, others) = self.bench.at, self.bench.splits[len(self._contacts(f))]
         mean = np.empty(len(mine) + len(others))
         mean[mine], mean[others] = self.mean(f, shared), shared[at.residual : at.written]
-        if (f, free) not in self._prior_precisions:
-            precision = np.full(len(mean), 0.0 if free else PINNED)
+        if f not in self._prior_precisions:
+            precision = np.zeros(len(mean))
             precision[mine] = self.precision(f)
-            self._prior_precisions[f, free] = precision
-        return Prior(mean, self._prior_precisions[f, free], -1.0, 1e6)
+            self._prior_precisions[f] = precision
+        return Prior(mean, self._prior_precisions[f], -1.0, 1e6)
 
     @cached_property
-    def _prior_precisions(self) -> dict[tuple[int, bool], Array]:
+    def _prior_precisions(self) -> dict[int, Array]:
         """Precisions of the priors of frames so far."""
         return {}
 
@@ -407,19 +407,19 @@ class BenchPosterior:
         rows: Sequence[int] | None = None,
     ) -> State:
         """The own unknowns of all frames, or some, at their best."""
-        found = list(state.own)
+        found, held = list(state.own), models.held()
         for f in range(len(found)) if rows is None else rows:
-            own = found[f]
+            mean, precision = self.mean(f, state.shared), self.precision(f)
             best = climb(
-                models.of_frame(f),
-                self._prior(f, state.shared, free=False),
+                models.alone(f, held),
+                Prior(np.append(mean, 1.0), np.append(precision, PINNED), -1.0, 1e6),
                 self.bench.frames[f],
-                models.unknowns(f, self._within(f, own, state.shared), state.shared),
+                np.append(self._within(f, found[f], state.shared), 1.0),
                 1.0,
                 steps,
                 0.1,
             )[0]
-            found[f] = self._within(f, models.own(f, best), state.shared)
+            found[f] = self._within(f, best[:-1], state.shared)
         return replace(state, own=found)
 
     def within(self, state: State) -> State:
@@ -457,7 +457,7 @@ class BenchPosterior:
         self, f: int, own: Array, shared: Array, models: FrameModels, waves: Array
     ) -> FrameTerms:
         model, unknowns = models.of_frame(f), models.unknowns(f, own, shared)
-        prior = self._prior(f, shared, free=True)
+        prior = self._prior(f, shared)
         about = linearise(model, prior, self.bench.frames[f], unknowns)
         spread = spread_profiles(model, unknowns, waves)
         weighed = banded(about, spread)
@@ -564,6 +564,32 @@ class FrameModels:
             at=bench.layouts[len(chosen)],
         )
 
+    def held(self) -> dict[str, Any]:
+        """Parts of a frame's model in which all that is shared has its value, as one mode."""
+        bench, template, at = self.bench, self.bench.template, self.bench.at
+        light = self.shared[at.bright : at.blur]
+        deviation = template.blur + template.blur_std * self.shared[at.blur]
+        leaks = np.tensordot(self.shared[at.own("crosstalk")], template.leaks, 1)
+        return {
+            "fixed": template.fixed + self.shared[at.own("residual")] @ template.fields,
+            "fields": template.fields[:0],
+            "brightness": np.concatenate([bench.lamp[0], [light @ template.brightness]]),
+            "darkness": np.concatenate([bench.lamp[1], [light @ template.darkness]]),
+            "blur": float(positive(deviation, NARROWEST_BLUR)[0]),
+            "blur_std": 0.0,
+            "gamma": float(template.gamma + template.gamma_std * self.shared[at.gamma]),
+            "gamma_std": 0.0,
+            "crosstalk": template.crosstalk + leaks if len(template.leaks) else template.crosstalk,
+            "leaks": template.leaks[:0],
+        }
+
+    def alone(self, f: int, held: dict[str, Any]) -> FrameModel:
+        """Model of one frame whose unknowns are its own, and last that of what is shared, one."""
+        model, k = self.of_frame(f), len(self.contacts(f))
+        at = Layout(2 * k, 2 * k, 3 * k, 4 * k, 4 * k, *[4 * k + LAMP + 1] * 5)
+        own: dict[str, Any] = {**held, "fixed": held["fixed"] + self.strained[f], "at": at}
+        return model._replace(**own)
+
     def tactels(self, f: int) -> Index:
         """Numbers of the tactels on which the contacts of a frame are."""
         numbers = self.bench.loads.tactels
@@ -612,10 +638,6 @@ class FrameModels:
         at = self.bench.at
         found[mine], found[others] = own, shared[at.residual : at.written]
         return found
-
-    def own(self, f: int, unknowns: Array) -> Array:
-        """The own ones of the unknowns of a frame's model."""
-        return unknowns[self.split(f)[0]]
 
     def slopes(self) -> Array:
         """Changes of the profiles with design and camera, shape (C, 2, k, d + 2, m)."""

@@ -323,6 +323,10 @@ class BenchSearch(ABC):
         _, squares, counts = posterior.loss(self.state, models)
         return float(np.median(squares / np.maximum(counts, 1.0)))
 
+    def allowed(self, shared: Array, step: Array) -> Array:
+        """A step (S,) of the shared unknowns (S,) that leaves them where the sensor is solved."""
+        return step
+
     def calm(self, limit: float) -> Mask:
         """Frames of small phases, but never less than the calmest quarter."""
         peaks = self.peaks()
@@ -358,6 +362,7 @@ class BenchSearch(ABC):
             information = self.information
 
             def ahead(step: Array) -> tuple[State, float]:
+                step = self.allowed(state.shared, step)
                 there = posterior.models(state.shared + step)
                 reached = posterior.within(state.moved(step, told))
                 found = posterior.loss(reached, there)[0]
@@ -373,7 +378,8 @@ class BenchSearch(ABC):
             return Expansion(loss, gradient, lambda: Curvature(information), ahead)
 
         found = minimise(self.state, expand, self.steps, Stop(close=CLOSE, near=NEAR))
-        moved = posterior.within(found.place.moved(found.step, self.told))
+        last_step = self.allowed(found.place.shared, found.step)
+        moved = posterior.within(found.place.moved(last_step, self.told))
         models = posterior.models(moved.shared)
         if self.settling:
             moved = posterior.settled(moved, models, self.steps, idle)

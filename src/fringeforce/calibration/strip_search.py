@@ -57,6 +57,9 @@ STEADY = 0.05
 """Root-mean-square change of a pattern, in its own deviations, below which it stays."""
 SMOOTH_DARK = 5
 """Degree of the polynomial along the frame that is not pattern but uneven darkness."""
+FURTHEST = float(np.log(4.0))
+"""Logarithm of a layer's thickness over that of the drawing beyond which it is another sensor: thin
+layers are solved on many small elements, and one as thick as the strip is long not at all."""
 GRID = 1e-4
 """Step of places about which contacts are expanded, a part of how far that reaches [m]."""
 
@@ -234,6 +237,13 @@ class StripSearch(BenchSearch):
             trials.append(replace(self.state, shared=shared))
             losses.append(posterior.loss(trials[-1], posterior.models(shared))[0])
         self.state = trials[int(np.argmin(losses))]
+
+    def allowed(self, shared: Array, step: Array) -> Array:
+        """A step that leaves layers as thin and as thick as they are solved."""
+        own = np.flatnonzero([path.endswith(".thickness") for path in self.mechanical])
+        found = step.copy()
+        found[own] = np.clip(shared[own] + step[own], -FURTHEST, FURTHEST) - shared[own]
+        return found
 
     def free_columns(self) -> None:
         """Let the columns of tactels differ from those of the design."""
