@@ -203,13 +203,22 @@ def _root(fit: BenchFit, covariance: Array) -> Array:
     """
     at = fit.posterior.bench.at
     order = np.concatenate([_entry_order(fit), np.arange(at.camera, at.written)])
-    root = np.asarray(np.linalg.cholesky(covariance[np.ix_(order, order)]), dtype=float)
+    root = _square_root(covariance[np.ix_(order, order)])
     if fit.posterior.bench.columns is None:
         return root
     sizes, turn = np.linalg.eigh(root.T @ fit.moved[np.ix_(order, order)] @ root)
     sizes, turn = np.maximum(sizes[::-1], 0.0), turn[:, ::-1]
     enough = int(np.searchsorted(np.cumsum(sizes), (1 - LEFT_OUT) * sizes.sum())) + 1
     return np.asarray(root @ turn[:, :enough], dtype=float)
+
+
+def _square_root(covariance: Array) -> Array:
+    """A square root R R' of a covariance, which wrong loads may leave singular but for rounding."""
+    try:
+        return np.asarray(np.linalg.cholesky(covariance), dtype=float)
+    except np.linalg.LinAlgError:
+        sizes, turn = np.linalg.eigh((covariance + covariance.T) / 2)
+        return np.asarray(turn * np.sqrt(np.maximum(sizes, 0.0)), dtype=float)
 
 
 def _crosstalk_modes(fit: BenchFit, root: Array) -> Array | None:
