@@ -11,6 +11,8 @@ from fringeforce.estimation.phase.noise_free import recover_phase, start_indices
 TURN = 2 * np.pi
 FRINGE = 20
 """Samples that a fringe must have."""
+ON_IT = 1e-8
+"""Distance from a multiple of pi within which the cosine rounds to one [rad]."""
 EXACT = settings(max_examples=100, deadline=None)
 
 
@@ -32,6 +34,15 @@ def assert_same(found: np.ndarray, phase: np.ndarray, near: float = 1e-4) -> Non
     clear = away(phase)
     np.testing.assert_allclose(found[clear], phase[clear], rtol=0, atol=1e-6)
     np.testing.assert_allclose(found[~clear], phase[~clear], rtol=0, atol=near)
+
+
+def shown(phase: np.ndarray) -> bool:
+    """Whether the phase never lies on a multiple of pi for three samples.
+
+    From there it may cross the multiple or turn back: the intensity is the same.
+    """
+    on_it = np.abs(phase - np.pi * np.rint(phase / np.pi)) < ON_IT
+    return not (on_it[:-2] & on_it[1:-1] & on_it[2:]).any()
 
 
 @st.composite
@@ -61,7 +72,7 @@ def test_a_phase_that_starts_within_a_half_turn_comes_back_from_the_default_star
     samples: int, data: st.DataObject
 ) -> None:
     phase = data.draw(phases(samples))
-    assume(phase[0] < -1e-6)
+    assume(phase[0] < -1e-6 and shown(phase))
     assert_same(recover_phase(light(phase)), phase)
     assert_same(recover_phase(light(phase[::-1]), direction="backward"), phase[::-1])
 
@@ -76,7 +87,7 @@ def test_any_phase_comes_back_from_the_indices_of_its_edge(
 ) -> None:
     phase = data.draw(phases(samples)) + shift
     edge = phase[0] if direction == "forward" else phase[-1]
-    assume(abs(edge - np.pi * round(edge / np.pi)) > 1e-6)
+    assume(abs(edge - np.pi * round(edge / np.pi)) > 1e-6 and shown(phase))
     found = recover_phase(light(phase), start_of(phase, direction), direction)
     assert_same(found, phase)
 
