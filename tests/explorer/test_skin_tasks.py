@@ -20,6 +20,7 @@ from fringeforce.explorer.skins.protocol import (
     SkinReadRequest,
     SkinStrainRequest,
 )
+from fringeforce.explorer.skins.solution import facts as facts_of
 from fringeforce.explorer.skins.tasks import PLACES, file, pressed, read
 from fringeforce.explorer.strain import under_fingers
 from fringeforce.explorer.tasks import stored
@@ -53,6 +54,20 @@ def test_tractions_are_shown_without_loss_where_they_are() -> None:
     assert shown[:, 0] @ places / shown[:, 0].sum() == pytest.approx(1.1e-3, abs=1e-6)
     line = Tractions(np.array([2e-3]), np.array([[1.5, 0.2]])).between(places)
     assert line[np.abs(places - 2e-3).argmin()].tolist() == [1.5, 0.2]
+
+
+def test_a_soft_skin_is_pressed_gently_at_first_and_read(tmp_path: Path) -> None:
+    """A fifth of the forces, of which the whole ones would fold its surface."""
+    soft = ff.characterize(ff.load_sensor("soft-skin"))
+    assert facts_of(soft)["finite"]
+    assert not facts_of(ff.characterize(ff.load_sensor("skin")))["finite"]
+    gentle = [
+        {**one, "normal": 0.2 * one["normal"], "tangential": 0.2 * one["tangential"]}
+        for one in FINGERS
+    ]
+    facts, _ = read(stored(soft, str(tmp_path)), wish(gentle))
+    assert facts["status"] == "OK"
+    assert len(facts["contacts"]) == 3
 
 
 def test_what_is_read_is_what_is_true(path: str) -> None:

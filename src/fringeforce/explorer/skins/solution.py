@@ -37,7 +37,12 @@ def solved(sensor: Sensor, known: SensorModel | None = None) -> SensorModel:
 def facts(model: SensorModel) -> Mapping[str, Any]:
     """What the page is told of a skin, as JSON values."""
     assert model.sensor.skin is not None
-    return {**solution.facts(model), "extent": model.sensor.skin.extent}
+    strip = model.sensor.transducer
+    return {
+        **solution.facts(model),
+        "extent": model.sensor.skin.extent,
+        "finite": strip.strain == "finite",
+    }
 
 
 def blocks(model: SensorModel) -> Mapping[str, NDArray[Any]]:

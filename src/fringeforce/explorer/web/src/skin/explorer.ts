@@ -126,6 +126,7 @@ export class SkinExplorer {
     this.page.notice("");
     byId("solving").textContent = "";
     this.store.half = model.extent * 500;
+    if (model.finite) this.store.ease();
     this.store.amend({ fingers: this.store.state.fingers.map((one) => held(one, this.store.half)) });
     this.fullScale = model.facts.camera.full_scale;
     this.camera.forget();

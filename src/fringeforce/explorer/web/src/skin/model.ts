@@ -6,10 +6,14 @@ import type { Block, Message } from "../protocol";
 export class SkinModel extends Model {
   /** Length of the skin [m]. */
   readonly extent: number;
+  /** Whether it strains so much that small strain does not hold. */
+  readonly finite: boolean;
 
   constructor(message: Message) {
     super(message);
-    this.extent = (this.facts as Facts & { extent: number }).extent;
+    const { extent, finite } = this.facts as Facts & { extent: number; finite: boolean };
+    this.extent = extent;
+    this.finite = finite;
   }
 }
 

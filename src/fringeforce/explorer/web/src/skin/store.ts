@@ -13,6 +13,9 @@ const FIRST: Finger[] = [
   { x: 2.4, radius: 2, normal: 0.8, tangential: -0.2 },
 ];
 
+/** Share of these forces on a skin of finite strain, which they would fold. */
+const GENTLY = 0.2;
+
 export class SkinStore extends Timeline<State> {
   selected = 0;
   /** Half of the skin's extent [mm]. */
@@ -23,6 +26,17 @@ export class SkinStore extends Timeline<State> {
   constructor(hash: string, onChange: (before: State) => void) {
     super(stateOf(linked(hash)), onChange);
     this.finite = linked(hash).has("finite");
+  }
+
+  /** Press a soft skin gently, unless the person has pressed already. */
+  ease(): void {
+    if (this.state.fingers !== FIRST) return;
+    const gentle = ({ normal, tangential, ...place }: Finger) => ({
+      ...place,
+      normal: normal * GENTLY,
+      tangential: tangential * GENTLY,
+    });
+    this.amend({ fingers: FIRST.map(gentle) });
   }
 
   get finger(): Finger | undefined {
