@@ -127,15 +127,11 @@ def test_light_is_found_channel_by_channel(bench: Bench, model: ff.SensorModel) 
     assert_light_found(model.imaging, bench)
 
 
-def test_new_frames_are_read_within_their_deviations(
-    bench: Bench, model: ff.SensorModel, tmp_path
-) -> None:
-    model.save(tmp_path / "m.h5")
-    reader, rng = ff.Reader(ff.load_model(tmp_path / "m.h5")), np.random.default_rng(47)
-    forces = loads(rng, NEW)
-    readings = [reader.search(frame) for frame in bench.frames(forces, rng)]
+def read_well(reader: ff.Reader, frames: NDArray[np.uint8], forces: Array) -> list[ff.Reading]:
+    """The readings that are OK: nearly all of new frames, within their deviations."""
+    readings = [reader.search(frame) for frame in frames]
     good = [k for k, one in enumerate(readings) if one.ok]
-    assert NEW - len(good) <= binom.ppf(1 - CHANCE, NEW, 0.02)
+    assert len(frames) - len(good) <= binom.ppf(1 - CHANCE, len(frames), 0.02)
     squares = []
     for k in good:
         off = (readings[k].forces - forces[k]).ravel()
@@ -143,7 +139,16 @@ def test_new_frames_are_read_within_their_deviations(
     # readings share the calibration, some dozen numbers
     low, high = chi2.ppf([CHANCE, 1 - CHANCE], 22 * len(good) / 2)
     assert low < np.sum(squares) / 2 < high
-    single = readings[good[0]]
+    return [readings[k] for k in good]
+
+
+def test_new_frames_are_read_within_their_deviations(
+    bench: Bench, model: ff.SensorModel, tmp_path
+) -> None:
+    model.save(tmp_path / "m.h5")
+    reader, rng = ff.Reader(ff.load_model(tmp_path / "m.h5")), np.random.default_rng(47)
+    forces = loads(rng, NEW)
+    single, *_ = read_well(reader, bench.frames(forces, rng), forces)
     alone = ff.Reader(model).search(bench.frames(forces[:1], np.random.default_rng(47))[0])
     assert_allclose(alone.std, single.std, rtol=0.05)
 
@@ -244,15 +249,7 @@ def test_frames_are_refused_before_an_update_and_read_after_it(
     frames = later.frames(forces, rng)
     before, reader = ff.Reader(model), ff.Reader(ff.load_model(tmp_path / "later.h5"))
     assert not any(before.search(frame).ok for frame in frames[:4])
-    readings = [reader.search(frame) for frame in frames]
-    good = [k for k, one in enumerate(readings) if one.ok]
-    assert NEW - len(good) <= binom.ppf(1 - CHANCE, NEW, 0.02)
-    squares = []
-    for k in good:
-        off = (readings[k].forces - forces[k]).ravel()
-        squares.append(off @ np.linalg.solve(readings[k].covariance, off))
-    low, high = chi2.ppf([CHANCE, 1 - CHANCE], 22 * len(good) / 2)  # they share the calibration
-    assert low < np.sum(squares) / 2 < high
+    read_well(reader, frames, forces)
 
 
 def test_unloaded_frames_tell_darkness_and_leave_the_light_of_channels_open(

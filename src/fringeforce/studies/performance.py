@@ -133,14 +133,10 @@ def light_reader(model: SensorModel) -> StripFrameReader:
 
 def uncertainties(model: SensorModel, loads: np.ndarray) -> np.ndarray:
     """Standard deviations of one frame's forces under loads (k, n, 2), shape (k, n, 2) [N]."""
-    spreads = covariances(model, loads)
+    spreads = covariances(light_reader(model), loads)
     return np.sqrt(np.diagonal(spreads, axis1=1, axis2=2)).reshape(loads.shape)
 
 
-def covariances(model: SensorModel, loads: np.ndarray) -> np.ndarray:
-    """Covariances that readings of loads (k, n, 2) state, shape (k, 2n, 2n) [N^2].
-
-    With tolerances of light and camera; layers and contacts are as drawn.
-    """
-    reader = light_reader(model)
+def covariances(reader: StripFrameReader, loads: np.ndarray) -> np.ndarray:
+    """Covariances that readings of loads (k, n, 2) state, shape (k, 2n, 2n) [N^2]."""
     return np.array([reader.expected_covariance(load) for load in loads])

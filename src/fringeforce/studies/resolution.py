@@ -48,7 +48,7 @@ class Resolution:
 def resolution(model: SensorModel, loads: Array) -> Resolution:
     """Bounds, standard deviations and crosstalk of a model under loads (k, n, 2) [N]."""
     reader = light_reader(model)
-    spreads = covariances(model, loads)
+    spreads = covariances(reader, loads)
     std = np.sqrt(np.diagonal(spreads, axis1=1, axis2=2))
     correlation = spreads / (std[:, :, None] * std[:, None, :])
     return Resolution(
