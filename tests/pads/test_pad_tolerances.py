@@ -12,6 +12,7 @@ from fringeforce.design.pad import Pad
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.models import splines
+from fringeforce.models.as_built import PLACEMENT
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_as_built import smooth_image
@@ -180,6 +181,20 @@ def test_a_finding_names_what_departs(roller: PadModel, stated, words: str) -> N
     assert words in finding
     assert "standard deviations" in finding
     assert next(iter(stated)) in finding
+
+
+def test_a_shifted_camera_is_not_taken_for_contacts_beside_many_tactels() -> None:
+    model = ff.characterize(ff.load_sensor("pad"))
+    forces = np.zeros((model.sensor.tactels.total, 3))
+    forces[60], forces[63] = [5, 1, 0], [2.5, 0, 0.5]
+    shifted = loosened(model, **{"camera.shift_x": 0.1e-3})
+    frame = shifted.expose(forces, np.random.default_rng(3)).ravel()
+    reader = PadFrameReader(model)
+    diagnosis = PadSquaresDiagnosis(reader)
+    few = "camera.shift_x", PLACEMENT
+    diagnosis.departures = tuple(one for one in diagnosis.departures if one.path in few)
+    (finding,) = diagnosis.findings(frame, reader.usable(None))
+    assert "shifted along x by 0.1 mm" in finding
 
 
 def test_narrower_squares_are_read_with_a_tolerance_of_their_size(roller: PadModel) -> None:

@@ -36,7 +36,7 @@ from fringeforce.reading.pads.departure_test import begun
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, lattice
-from fringeforce.reading.pads.single_frame import FOLLOWED_SIDE, PadFrameReader
+from fringeforce.reading.pads.single_frame import STATED_SIDE, STEPPED_SIDE, PadFrameReader
 from fringeforce.reading.pads.skin_fit import SkinFit, SkinOptimum
 from fringeforce.reading.pads.skin_reader import PadSkinReader
 from fringeforce.reading.pads.verdict import FrameClassifier
@@ -297,7 +297,10 @@ class PadSquaresDiagnosis(PadDiagnosis):
         sampling = self._sampling(departures)
         known = sampling.uncertain
         assert known is not None
-        fit = Fit(known.model, self.frames.response, sampling, grey, classifier.used)
+        # tractions are spread as forces of the reading let expect, which need not be found again
+        fit = Fit(
+            known.model, self.frames.response, sampling, grey, classifier.used, reference=start
+        )
         here = fit.at(start, begun(known, departures))
         return self._candidate(departures, known, fit, fit.climb(here, FIRST_STEPS))
 
@@ -325,15 +328,16 @@ class PadSquaresDiagnosis(PadDiagnosis):
         )
 
     def _sampling(self, departures: tuple[PadDeparture, ...]) -> Sampling:
-        """What a fit needs of departures; kept of single ones, for all combinations are too many.
+        """What a fit needs of departures; kept of single numbers, which every frame tries.
 
-        Every frame tries all single departures, and each combination once at most.
+        All combinations are too many to keep, and matrices of tractions are too large.
         """
         if departures in self._samplings:
             return self._samplings[departures]
         known = PadUncertainty.of(departing(self.frames.model, departures), self._first)
-        found = lattice(known.model, FOLLOWED_SIDE, known)
-        if len(departures) == 1:
+        side = STATED_SIDE if known.contacts is None else STEPPED_SIDE
+        found = lattice(known.model, side, known)
+        if len(departures) == 1 and departures[0].one:
             self._samplings[departures] = found
         return found
 
