@@ -67,6 +67,23 @@ def test_a_frame_that_follows_is_read_from_the_last(
         assert (np.abs(reading.forces - step) < 5 * reading.std).all()
 
 
+def test_strong_contacts_that_follow_are_read_as_well_as_the_covariance_states() -> None:
+    model = ff.characterize(ff.load_sensor("pad"))
+    reader, rng = ff.Reader(model), np.random.default_rng(1)
+    distances, frames = [], 12
+    for frame in range(frames + 1):
+        push = 8 + 0.3 * frame
+        forces = np.zeros((model.sensor.tactels.total, 3))
+        forces[60], forces[63] = [push, 0.2 * push, 0], [push / 2, 0, 0.1 * push]
+        reading = reader.read(model.expose(forces, rng))
+        assert reading.status is Status.OK
+        apart = (reading.forces - forces).ravel()
+        distances.append(apart @ np.linalg.solve(reading.covariance, apart))
+    assert reading.tracked
+    low, high = stats.chi2(frames * forces.size).ppf([1e-4, 1 - 1e-4])
+    assert low < np.sum(distances[1:]) < high
+
+
 def test_another_contact_than_the_last_is_searched(
     model: PadModel, reader: ff.Reader, forces: Array
 ) -> None:

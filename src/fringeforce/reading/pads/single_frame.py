@@ -27,8 +27,8 @@ from fringeforce.reading.pads.traction_test import TractionTest
 from fringeforce.reading.pads.verdict import FrameClassifier
 from fringeforce.reading.reading import Reading
 
-FOLLOWED_SIDE, STEPPED_SIDE, STATED_SIDE = 32, 48, 64
-"""Rows and columns of pixels of the matrix of followed and searched frames, and of a covariance."""
+STEPPED_SIDE, STATED_SIDE = 48, 64
+"""Rows and columns of pixels of the matrix of steps, and of a covariance."""
 DEPTH = 4
 """Times that mirror images are tried, each time of what is likelier than all before."""
 IMAGE_EXCESS = 0.5
@@ -91,10 +91,6 @@ class PadFrameReader(PadFrames):
         return self.model if self.uncertain is None else self.uncertain.model
 
     @cached_property
-    def _following(self) -> Sampling:
-        return lattice(self._fitted, FOLLOWED_SIDE, self.uncertain)
-
-    @cached_property
     def _stepping(self) -> Sampling:
         return lattice(self._fitted, STEPPED_SIDE, self.uncertain)
 
@@ -144,7 +140,7 @@ class PadFrameReader(PadFrames):
         classifier = self.classifier(used)
         grey = classifier.filled(levels)
         if (start := known.start) is not None:
-            fit = replace(self._fit(grey, self._following, classifier), prior=known.prior)
+            fit = replace(self._fit(grey, self._stepping, classifier), prior=known.prior)
             if self.uncertain is not None:
                 # tractions are spread as forces of the last frame let expect
                 fit = replace(fit, reference=start.forces)
