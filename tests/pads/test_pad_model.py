@@ -15,8 +15,7 @@ from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_slices import block_of
 from fringeforce.optics.integrated import equivalent_retarder
 from fringeforce.optics.photoelasticity import stress_optic_constant
-from fringeforce.reading.pads.sampling import lattice
-from fringeforce.reading.pads.single_frame import STATED_SIDE
+from fringeforce.reading.pads.sampling import for_covariance, lattice
 from whole_numbers import in_whole_numbers
 
 
@@ -115,7 +114,7 @@ def test_a_lattice_says_of_the_curvature_what_all_pixels_say(
         used[np.random.default_rng(5).random(used.shape) < 0.1] = False
     slopes, weights = jacobian(model, forces), used.ravel()
     exact = slopes.T @ (weights[:, None] * slopes)
-    few, modes = lattice(model, STATED_SIDE), model.modes(forces)
+    few, modes = for_covariance(model), model.modes(forces)
     _, light = model.picture(modes, model.pictures[0])
     found = few.information(modes, model.pictures[0], light, weights if masked else None)
     ratio = np.linalg.eigvals(np.linalg.solve(found * used.size, exact)).real

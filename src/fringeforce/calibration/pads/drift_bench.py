@@ -27,8 +27,8 @@ from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.reading.pads.fit import Fit
 from fringeforce.reading.pads.light import Prior
 from fringeforce.reading.pads.pad_frames import PadFrames
-from fringeforce.reading.pads.sampling import Sampling, lattice
-from fringeforce.reading.pads.single_frame import STEPPED_SIDE, Earlier, PadFrameReader
+from fringeforce.reading.pads.sampling import Sampling, for_steps
+from fringeforce.reading.pads.single_frame import Earlier, PadFrameReader
 from fringeforce.reading.pads.skin_reader import PadSkinReader
 from fringeforce.reading.reading import Reading
 
@@ -244,7 +244,7 @@ class TactelBench(DriftBench):
 
     @cached_property
     def _sampling(self) -> Sampling:
-        return lattice(self.unsure.model, STEPPED_SIDE, self.unsure)
+        return for_steps(self.unsure.model, self.unsure)
 
     def begun(self, f: int) -> DriftFrame:
         """A frame as it is explained by itself."""

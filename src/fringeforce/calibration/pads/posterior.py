@@ -24,8 +24,7 @@ from fringeforce.estimation.shared_fit import FrameTerms
 from fringeforce.models.pad_contacts import NARROWEST, Contact, ContactSeries
 from fringeforce.reading.pads.fit import Fit
 from fringeforce.reading.pads.light import Place, Prior
-from fringeforce.reading.pads.sampling import Sampling, lattice
-from fringeforce.reading.pads.single_frame import STEPPED_SIDE
+from fringeforce.reading.pads.sampling import Sampling, for_steps
 
 EXPONENT, EXPONENTS = (0.0, 0.5), (-0.8, 2.0)
 """Exponent that is expected of a contact's pressure, 1/2 under a sphere and -1/2 under a punch, and
@@ -135,7 +134,7 @@ class PadBench(BenchContacts):
                 for j, force in zip(own, forces, strict=True)
             ]
             known = self.known.of_frame(series.changes(contacts))
-            samplings.append(lattice(known.model, STEPPED_SIDE, known))
+            samplings.append(for_steps(known.model, known))
         return replace(
             self, centres=centres, sizes=sizes, exponents=exponents, samplings=tuple(samplings)
         )
@@ -291,7 +290,7 @@ class PadPosterior(BenchPosterior):
         known = self._known(f)
         # a shift of the camera is all but one of the contacts, unless both are taken where it looks
         model = replace(known.model, sensor=known.looking(found.place.extra))
-        fit = replace(fit, sampling=lattice(model, STEPPED_SIDE, known))
+        fit = replace(fit, sampling=for_steps(model, known))
         information = fit.information(found.place)
         off = own - self.mean(f, shared)
         gradient[:k] += self.precision(f)[:k] * off[:k]

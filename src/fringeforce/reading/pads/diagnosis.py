@@ -35,8 +35,8 @@ from fringeforce.reading.findings import (
 from fringeforce.reading.pads.departure_test import begun
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.pad_frames import PadFrames
-from fringeforce.reading.pads.sampling import Sampling, lattice
-from fringeforce.reading.pads.single_frame import STATED_SIDE, STEPPED_SIDE, PadFrameReader
+from fringeforce.reading.pads.sampling import Sampling, for_covariance, for_steps
+from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.pads.skin_fit import SkinFit, SkinOptimum
 from fringeforce.reading.pads.skin_reader import PadSkinReader
 from fringeforce.reading.pads.verdict import FrameClassifier
@@ -335,8 +335,8 @@ class PadSquaresDiagnosis(PadDiagnosis):
         if departures in self._samplings:
             return self._samplings[departures]
         known = PadUncertainty.of(departing(self.frames.model, departures), self._first)
-        side = STATED_SIDE if known.contacts is None else STEPPED_SIDE
-        found = lattice(known.model, side, known)
+        pixels = for_covariance if known.contacts is None else for_steps
+        found = pixels(known.model, known)
         if len(departures) == 1 and departures[0].one:
             self._samplings[departures] = found
         return found

@@ -21,14 +21,12 @@ from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.light import Prior, Start
 from fringeforce.reading.pads.mirror_images import Mirror, Verdict, are_apart, weighed
 from fringeforce.reading.pads.pad_frames import PadFrames
-from fringeforce.reading.pads.sampling import Sampling, lattice
+from fringeforce.reading.pads.sampling import Sampling, for_covariance, for_steps
 from fringeforce.reading.pads.search import Search
 from fringeforce.reading.pads.traction_test import TractionTest
 from fringeforce.reading.pads.verdict import FrameClassifier
 from fringeforce.reading.reading import Reading
 
-STEPPED_SIDE, STATED_SIDE = 48, 64
-"""Rows and columns of pixels of the matrix of steps, and of a covariance."""
 DEPTH = 4
 """Times that mirror images are tried, each time of what is likelier than all before."""
 IMAGE_EXCESS = 0.5
@@ -92,11 +90,11 @@ class PadFrameReader(PadFrames):
 
     @cached_property
     def _stepping(self) -> Sampling:
-        return lattice(self._fitted, STEPPED_SIDE, self.uncertain)
+        return for_steps(self._fitted, self.uncertain)
 
     @cached_property
     def _stating(self) -> Sampling:
-        return lattice(self._fitted, STATED_SIDE, self.uncertain)
+        return for_covariance(self._fitted, self.uncertain)
 
     @cached_property
     def _search(self) -> Search:
