@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -15,6 +16,8 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 DEGREE = 5
 """Degree of the splines through places, along which the influence of a load is smooth."""
+KEPT = 32
+"""Matrices of `basis` that are kept: all influences of the contacts of a frame ask for two."""
 
 
 def coefficients(samples: Array) -> Array:
@@ -23,10 +26,20 @@ def coefficients(samples: Array) -> Array:
 
 
 def basis(samples: Array, points: Array) -> Array:
-    """From coefficients to values at points between the samples, shape (len(points), n)."""
-    knots = _knots(samples)
-    inside = np.clip(points, samples[0], samples[-1])
-    return BSpline.design_matrix(inside, knots, DEGREE).toarray()
+    """From coefficients to values at points between the samples, shape (len(points), n).
+
+    It cannot be written to: all that ask for the same share it.
+    """
+    return _basis(np.asarray(samples, dtype=float).tobytes(), np.asarray(points, float).tobytes())
+
+
+@lru_cache(maxsize=KEPT)
+def _basis(samples: bytes, points: bytes) -> Array:
+    at = np.frombuffer(samples)
+    inside = np.clip(np.frombuffer(points), at[0], at[-1])
+    found = BSpline.design_matrix(inside, _knots(at), DEGREE).toarray()
+    found.setflags(write=False)
+    return found
 
 
 def _knots(samples: Array) -> Array:
