@@ -20,11 +20,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.design.pad import Pad
+from fringeforce.design.tolerances import Tolerances
 from fringeforce.mechanics.solid.block import Shape
 from fringeforce.models.as_built import PLACEMENT, SIZE
 from fringeforce.models.imaging import camera_response
@@ -51,6 +53,8 @@ out: that of noise in one number."""
 MOST_FUNCTIONS = 64
 """Functions of a tactel at most, the strongest: what is known of those of 11 x 11 tactels takes
 half a gigabyte."""
+KEPT = 4
+"""Drawings whose functions are kept: a reader asks for its own, and for wider tolerances."""
 
 Signs = tuple[int, int]
 """1 where a function is odd along x and along y."""
@@ -77,8 +81,10 @@ class TractionMode:
     square: float
 
 
-def traction_modes(pad: Pad, profile: Array) -> list[TractionMode]:
+def traction_modes(pad: Pad, profile: Array) -> tuple[TractionMode, ...]:
     """Those of a drawing's tolerances, the strongest first; none without tolerances.
+
+    Those of the last drawings are kept: all that read frames of a pad share them.
 
     Parameters
     ----------
@@ -89,7 +95,18 @@ def traction_modes(pad: Pad, profile: Array) -> list[TractionMode]:
     """
     place, size = (pad.tolerances.get(path, 0.0) for path in (PLACEMENT, SIZE))
     if not place and not size:
-        return []
+        return ()
+    # other tolerances change nothing
+    drawn = pad.model_copy(update={"tolerances": Tolerances()})
+    return _modes(drawn, (place, size), np.asarray(profile, dtype=float).tobytes(), profile.shape)
+
+
+@lru_cache(maxsize=KEPT)
+def _modes(
+    pad: Pad, tolerances: tuple[float, float], values: bytes, shape: tuple[int, ...]
+) -> tuple[TractionMode, ...]:
+    """`traction_modes` of tolerances of place and size, and of profiles of a shape."""
+    profile, (place, size) = np.frombuffer(values).reshape(shape), tolerances
     alpha, beta, light = _light(pad, profile)
     shapes = _shapes(alpha, beta, pad.tactels.side, size)
     square = np.outer(*(bessel(0.5, wave * pad.tactels.side / 2) for wave in (alpha, beta)))
@@ -108,7 +125,7 @@ def traction_modes(pad: Pad, profile: Array) -> list[TractionMode]:
             signs = (odd[0] + turned[0]) % 2, (odd[1] + turned[1]) % 2
             moved[signs].append(factor * spectrum)
     found = _strongest(moved, (light, few), UNSEEN, MOST_FUNCTIONS)
-    return [TractionMode(Shape(odd, spectrum), square) for square, odd, spectrum in found]
+    return tuple(TractionMode(Shape(odd, spectrum), square) for square, odd, spectrum in found)
 
 
 def _strongest(

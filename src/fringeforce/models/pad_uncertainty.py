@@ -429,7 +429,7 @@ class PadUncertainty:
     @cached_property
     def tractions(self) -> tuple[TractionMode, ...]:
         """How the traction on every tactel may be unlike that on its square."""
-        return tuple(traction_modes(self.model.sensor, self.model.influence.profile))
+        return traction_modes(self.model.sensor, self.model.influence.profile)
 
     @cached_property
     def contacts(self) -> ContactLight | None:

@@ -67,7 +67,7 @@ class TractionTest:
         sensor = pad.model_copy(update={"tolerances": Tolerances({**stated, **wide})})
         profile = self._model.influence.profile
         functions = traction_modes(sensor, profile)[:TESTED]
-        return TractionInfluence(pad, self._model.influence, tuple(functions))
+        return TractionInfluence(pad, self._model.influence, functions)
 
     def shown(self, fit: Fit, one: Optimum, curvature: Curvature) -> Index:
         """Tactels on which a frame shows a traction that is not allowed for.
