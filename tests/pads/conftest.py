@@ -29,7 +29,7 @@ def model(pad: Pad) -> PadModel:
 def small_skin() -> PadModel:
     """A pad of 16 x 14 mm with a skin."""
     drawn = ff.load_sensor("pad-skin").replace(
-        **{"camera.pixels": [128, 128], "transducer.length": "16 mm", "transducer.width": "14 mm"},
+        **{"camera.pixels": [96, 96], "transducer.length": "16 mm", "transducer.width": "14 mm"},
         skin={"extent": ["14 mm", "12 mm"]},
     )
     found = ff.characterize(drawn)

@@ -117,7 +117,7 @@ def test_light_of_functions_goes_forward_and_back(beside: PadModel) -> None:
 
 def test_readings_allow_for_rectangles_beside_their_tactels(beside: PadModel) -> None:
     pad, reader = beside.sensor, ff.Reader(beside)
-    count, rng, distances, off = 4, np.random.default_rng(8), [], []
+    count, rng, distances, off = 2, np.random.default_rng(8), [], []
     for _ in range(count):
         forces = np.zeros((pad.tactels.total, 3))
         touched = rng.choice(len(forces), 2, replace=False)
