@@ -305,7 +305,7 @@ def test_another_sensor_is_no_drift(model: ff.SensorModel, bench: Bench) -> None
     assert not found.usable
 
 
-def test_loads_of_other_frames_are_not_to_be_used(bench: Bench) -> None:
+def test_loads_of_other_frames_are_not_to_be_used(bench: Bench, cause_not_asked: None) -> None:
     """What explains none of them runs to the thinnest cover that is solved, and no farther."""
     forces, frames = (part[:24] for part in pressed(bench, 0))
     mixed = np.random.default_rng(0).permutation(24)

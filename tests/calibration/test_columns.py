@@ -102,7 +102,7 @@ def test_errors_that_no_design_value_expresses_are_corrected(
     small, true, bench, corrected, cause_not_asked
 ) -> None:
     plain = ff.calibrate(small, bench[0], bench[1], [STRAIN_OPTIC])
-    poor = held_out(plain, true, np.random.default_rng(33), 40)
+    poor = held_out(plain, true, np.random.default_rng(33), 12)
     good = held_out(corrected, true, np.random.default_rng(33), 100)
     assert poor.ratio > 2
     assert poor.coverage < 0.9

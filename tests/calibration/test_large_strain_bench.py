@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow
 
 TRUE = np.array([1.06, 0.9, 1.04])
 """Values of `PARAMETERS` over those of the drawing."""
-COUNT, LARGEST, PIXELS, FRAMES = 3, 2.0, 256, 18
+COUNT, LARGEST, PIXELS, FRAMES, READ = 3, 2.0, 256, 12, 6
 IMPROBABLE = 1e-4
 
 
@@ -77,7 +77,7 @@ def bench() -> tuple[ff.SensorModel, np.ndarray, np.ndarray, np.ndarray]:
     return model, forces, phases, model.delivered(phases, rng=5)
 
 
-KEPT = slice(0, -10)
+KEPT = slice(0, -READ)
 """Frames that calibrate; the others are read."""
 
 
@@ -116,12 +116,12 @@ def test_new_frames_are_read_within_their_deviations(calibrated, bench, tmp_path
     _, forces, _, frames = bench
     calibrated.save(tmp_path / "model.h5")
     reader, total = ff.Reader(ff.load_model(tmp_path / "model.h5")), 0.0
-    for frame, true in zip(frames[-10:], forces[-10:], strict=True):
+    for frame, true in zip(frames[-READ:], forces[-READ:], strict=True):
         reading = reader.search(frame)
         assert reading.status is ff.Status.OK
         error = (reading.forces - true).ravel()
         total += error @ np.linalg.solve(reading.covariance, error)
-    assert total < chi_square.isf(IMPROBABLE, 10 * 2 * COUNT)
+    assert total < chi_square.isf(IMPROBABLE, READ * 2 * COUNT)
 
 
 def test_contacts_at_any_place_are_taken_from_their_own_elements(bench) -> None:
@@ -131,7 +131,7 @@ def test_contacts_at_any_place_are_taken_from_their_own_elements(bench) -> None:
     presses = [
         [ff.Press(x=x, normal=n, tangential=t * n, width=0.5e-3, profile="flat")]
         for x, n, t in zip(
-            rng.uniform(-half, half, 10), rng.uniform(1, 3, 10), rng.uniform(-0.3, 0.3, 10),
+            rng.uniform(-half, half, 7), rng.uniform(1, 3, 7), rng.uniform(-0.3, 0.3, 7),
             strict=True,
         )
     ]  # fmt: skip

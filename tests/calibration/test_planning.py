@@ -26,7 +26,7 @@ from fringeforce.reading.strip_reader import StripFrameReader
 
 pytestmark = pytest.mark.slow
 
-N, BUDGET = 11, 8
+N, BUDGET, RUNS = 11, 8, 5
 TWO = PARAMETERS[:2]
 POISSON = "transducer.photoelastic.poissons_ratio"
 LIGHT = np.full(256, 200.0), np.full(256, 20.0)
@@ -110,13 +110,13 @@ def test_calibrations_scatter_as_was_predicted_without_a_frame(small) -> None:
     predicted = ff.assess_presses(dim, loads, parameters).covariance[-1]
     drawn = ff.characterize(dim.replace(**SCATTER, **LASTING))
     total = 0.0
-    for _ in range(8):
+    for _ in range(RUNS):
         frames = drawn.as_built(rng).expose(scattered(loads, rng), rng=rng)
         model = ff.calibrate(dim, frames, loads, parameters, aside=0)
         assert model.calibration is not None
         error = model.calibration.values - truth
         total += error @ np.linalg.solve(predicted, error)
-    low, high = chi_square.ppf([1e-4, 1 - 1e-4], 24)
+    low, high = chi_square.ppf([1e-4, 1 - 1e-4], RUNS * 3)
     assert low < total < high
 
 
@@ -135,7 +135,7 @@ def test_calibrations_of_several_channels_scatter_as_was_predicted(small, kind) 
     plan = ff.assess_presses(dim, loads, parameters)
     drawn = ff.characterize(dim.replace(**SCATTER, **LASTING))
     total, before = 0.0, plan.std[0]
-    for _ in range(8):
+    for _ in range(RUNS):
         built = drawn.as_built(rng)
         frames = built.expose(scattered(loads, rng), rng=rng)
         model = ff.calibrate(dim, frames, loads, parameters, aside=0)
@@ -145,7 +145,7 @@ def test_calibrations_of_several_channels_scatter_as_was_predicted(small, kind) 
         true = [mixed[c][d] for c in range(3) for d in range(3) if c != d] if mixed else []
         error = model.calibration.values - [0.05, 0.0, 1.0, *true]
         total += error @ np.linalg.solve(plan.covariance[-1], error)
-    low, high = chi_square.ppf([1e-4, 1 - 1e-4], 8 * len(plan.names))
+    low, high = chi_square.ppf([1e-4, 1 - 1e-4], RUNS * len(plan.names))
     assert low < total < high
     assert (plan.std[-1] < 0.7 * before).all()  # so that the comparison is of what frames tell
 
