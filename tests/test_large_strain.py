@@ -56,6 +56,11 @@ def test_a_design_says_which_strain(sensor: ff.Sensor) -> None:
 def test_what_large_strain_does_not_know_is_refused(sensor: ff.Sensor) -> None:
     with pytest.raises(DesignError, match="contact_width"):
         sensor.replace(**{"transducer.strain": "finite"})
+    with pytest.raises(DesignError, match='take strain = "finite", or leave loads out'):
+        sensor.replace(**{"transducer.loads": "follower"})
+    follows = {"transducer.strain": "finite", "transducer.loads": "follower"}
+    with pytest.raises(DesignError, match="tactels in the place of the skin"):
+        ff.load_sensor("skin").replace(**follows)
     model = _model(sensor)
     with pytest.raises(InputError, match="width"):
         model.phase([ff.Press(x=0.0, normal=1.0)], strain="finite")
@@ -63,11 +68,14 @@ def test_what_large_strain_does_not_know_is_refused(sensor: ff.Sensor) -> None:
         model.expose(ff.polar(0.5, 10, n=11), as_built=0, strain="finite")
 
 
-@pytest.fixture(scope="module")
-def strips(sensor: ff.Sensor) -> tuple[ff.SensorModel, ff.SensorModel]:
+@pytest.fixture(scope="module", params=["dead", "follower"])
+def strips(
+    sensor: ff.Sensor, request: pytest.FixtureRequest
+) -> tuple[ff.SensorModel, ff.SensorModel]:
     """The same strip of small and of large strain."""
     linear = _model(sensor)
-    return linear, ff.characterize(linear.sensor.replace(**{"transducer.strain": "finite"}))
+    changes = {"transducer.strain": "finite", "transducer.loads": request.param}
+    return linear, ff.characterize(linear.sensor.replace(**changes))
 
 
 @pytest.fixture(scope="module")
@@ -82,9 +90,11 @@ def test_the_second_order_leaves_a_tenth_of_what_the_linear_phase_does(
     strips: tuple[ff.SensorModel, ff.SensorModel], pressed: tuple[np.ndarray, np.ndarray]
 ) -> None:
     second = ff.Reader(strips[1])._single
+    # the third order of loads that follow the surface is twice as large
+    share = 0.2 if strips[1].sensor.transducer.loads == "dead" else 0.3
     for force, phase in zip(*pressed, strict=True):
         off = np.abs(strips[0].phase(force) - phase).max()
-        assert np.abs(second.phase(force) - phase).max() < 0.2 * off
+        assert np.abs(second.phase(force) - phase).max() < share * off
         assert off > 4e-3 * np.abs(phase).max()
 
 
@@ -140,7 +150,7 @@ def test_frames_of_large_strain_are_read_as_well_as_their_noise_allows(
         worst = [max(worst[0], np.abs(error).max()), max(worst[1], np.abs(old).max())]
     # sums of 110 unit squares lie in 67 .. 164 in 99.9 of 100 cases (chi-square)
     assert 67 < np.sum(squares) < 164
-    assert worst[0] < worst[1] / 1.5
+    assert worst[0] < worst[1] / (1.5 if strips[1].sensor.transducer.loads == "dead" else 1.0)
 
 
 @pytest.mark.slow

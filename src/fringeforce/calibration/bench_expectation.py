@@ -106,7 +106,7 @@ def frame_template(sensor: Sensor, contacts: ContactPhases) -> tuple[FrameModel,
     """
     kept = {path: std for path, std in sensor.tolerances.items() if path.startswith(CROSSTALK)}
     plain = sensor.model_copy(update={"tolerances": Tolerances(kept)})
-    plain = plain.replace(**{"transducer.strain": "linear"})  # its second order is of tactels
+    plain = plain.small_strain  # its second order is of tactels
     found = uncertainty(replace(characterize(plain), sensor=plain))
     x, frame = found.places, found.frame
     nodes, seen = len(frame.fixed), frame.visibility

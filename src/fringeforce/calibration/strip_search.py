@@ -219,7 +219,7 @@ class StripSearch(BenchSearch):
 
     def again(self, levels: Array, loads: BenchLoads) -> StripSearch:
         """A new search of the same strip with other frames or loads."""
-        small = self.sensor.replace(**{"transducer.strain": "linear"})  # rough fits need no more
+        small = self.sensor.small_strain  # rough fits need no more
         return StripSearch(small, levels, loads, self.paths, {})
 
     def relinearised(self) -> bool:

@@ -52,6 +52,13 @@ class Transducer(Part):
         "strain, in a plane, with contacts of some width or a skin",
         json_schema_extra={"ideal": True},
     )
+    loads: Literal["dead", "follower"] = Field(
+        default="dead",
+        description='under large strain: "dead" tractions keep their direction, "follower" ones '
+        "turn with the surface that they press, and forces are normal and tangential to the line "
+        "between the ends of each deformed contact",
+        json_schema_extra={"ideal": True},
+    )
     influence_error: Percent = Field(
         default=0.0,
         description="relative standard deviation of smooth errors in the shape of the influence "
@@ -81,6 +88,20 @@ class Transducer(Part):
                 'relaxation takes plane = "stress" or "strain", and strain = "linear"; leave it out'
             )
         return self
+
+    @model_validator(mode="after")
+    def _follows_large_strain(self) -> Self:
+        if self.loads == "follower" and self.strain == "linear":
+            raise ValueError(
+                'loads = "follower" turn with a surface that strain = "linear" leaves as it is; '
+                'take strain = "finite", or leave loads out'
+            )
+        return self
+
+    @property
+    def small_strain(self) -> Self:
+        """The same strip of small strain."""
+        return self.model_copy(update={"strain": "linear", "loads": "dead"})
 
     @property
     def relaxations(self) -> tuple[tuple[RelaxationTerm, ...], tuple[RelaxationTerm, ...]]:
@@ -253,6 +274,11 @@ class Sensor(Design):
     camera: Camera
 
     @property
+    def small_strain(self) -> Self:
+        """The same sensor of small strain."""
+        return self.model_copy(update={"transducer": self.transducer.small_strain})
+
+    @property
     def section(self) -> Section:
         """Contacts as wide as stated, or as the cover is thick; of a skin, side by side."""
         block, tactels = self.transducer, self.tactels
@@ -301,6 +327,11 @@ class Sensor(Design):
             raise ValueError(
                 'strain = "finite" takes plane = "stress" or "strain" and contacts of some width, '
                 "for under a line strain has no bound; give tactels.contact_width, or a skin"
+            )
+        if transducer.loads == "follower" and info.data.get("skin") is not None:
+            raise ValueError(
+                'loads = "follower" act on tactels, and contacts anywhere on a skin are dead; '
+                "leave loads out, or give tactels in the place of the skin"
             )
         centres = tactels.positions + tactels.placement
         outermost = np.abs(centres).max() + tactels.contact_width / 2

@@ -1,4 +1,4 @@
-"""The strip under large strain: a total Lagrangian solution with dead loads on patches.
+"""The strip under large strain: a total Lagrangian solution with loads on its surface.
 
 The unknowns are the coefficients of a tensor mesh; stresses are taken at Gauss points, Newton's
 method steps with a factorised tangent that is kept while it converges (Bonet and Wood,
@@ -7,8 +7,10 @@ Nonlinear Continuum Mechanics for Finite Element Analysis, 2008, chapters 8 and 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -16,6 +18,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from scipy.linalg import LinAlgError
 from scipy.sparse import csr_array
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from fringeforce.base.arrays import Array, Index
 from fringeforce.base.errors import InputError
@@ -24,12 +27,12 @@ from fringeforce.mechanics.condensed import Condensation, Tangent
 from fringeforce.mechanics.elements import (
     along,
     gauss_interpolation,
-    integrals,
     interpolation,
     shape_functions,
 )
 from fringeforce.mechanics.hyperelasticity import Hyperelastic, PlaneResponse
 from fringeforce.mechanics.mesh import Mesh, strip_mesh
+from fringeforce.mechanics.surface_loads import DeadLoad, FollowerLoad, Patches, SurfaceLoad
 
 ORDER = 5
 """Polynomial order of the elements; one less changes the light of the paper's strip by 0.06 % of
@@ -44,6 +47,10 @@ SLOW = 0.2
 """Share of the last residual above which a new tangent is factorised."""
 ITERATIONS = 40
 """Newton steps within one load step."""
+FOLLOWED = 1e-2
+"""Share of what a step turns follower loads by that it may leave; the next one takes it up."""
+KRYLOV = 60
+"""Most iterations for that; 3 to 8 are usual."""
 SMALL = 0.05
 """Force from whose two signs the second order is taken [N]."""
 SMALLEST_STEP = 1 / 64
@@ -238,35 +245,36 @@ class FiniteStrip:
             ) from None
 
     @cached_property
-    def unit_loads(self) -> Array:
-        """Nodal forces of a unit force on each patch, shape (2, along x, along z, n, 2)."""
-        loads = np.zeros((*self.shape, len(self.centres), 2))
-        order, x = self.mesh.order, self.mesh.x
-        for n, (centre, width) in enumerate(zip(self.centres, self.widths, strict=True)):
-            first, last = (int(np.abs(x - centre - s * width / 2).argmin()) for s in (-1, 1))
-            share = integrals(order, x[first : last + 1]) / (x[last] - x[first])
-            here = slice(first * order, last * order + 1)
-            loads[1, here, -1, n, 0] = -share
-            loads[0, here, -1, n, 1] = share
-        return loads
+    def patches(self) -> Patches:
+        """Elements that each patch covers."""
+        ends = self.centres + np.multiply.outer([-0.5, 0.5], self.widths)
+        first, last = np.abs(self.mesh.x - ends[..., None]).argmin(axis=-1)
+        return Patches(self.mesh.order, self.mesh.x, first, last)
 
-    def surface_loads(self, forces: Array) -> Array:
-        """Normal and tangential nodal forces of the surface, shape (2, along x) [N].
+    def load(self, forces: Array) -> SurfaceLoad:
+        """Dead or follower loads of forces on the patches, shape (n, 2) [N], as the design says."""
+        if self.transducer.loads == "follower":
+            return FollowerLoad(self.patches, forces)
+        return self.patches.dead(forces)
 
-        Of forces on the patches, shape (n, 2) [N].
-        """
-        across, along_x = np.tensordot(self.unit_loads[:, :, -1], forces, axes=2)[::-1]
-        return np.stack([-across, along_x])
+    def _on_surface(self, nodal: Array) -> Array:
+        """Nodal forces of all coefficients of those of the surface, shape (..., 2, along x) [N]."""
+        found = np.zeros((*nodal.shape[:-2], *self.shape))
+        found[..., -1] = nodal
+        return found
 
-    def solved(self, forces: ArrayLike, start: Array | None = None) -> Array:
-        """Displacements in balance with dead loads, which keep their direction.
+    def _at_rest(self, load: SurfaceLoad) -> Array:
+        """Nodal forces of a load on the surface of the undeformed strip, shape (2, along x) [N]."""
+        return load.nodal(np.zeros(self.shape[:2]))
+
+    def solved(self, forces: ArrayLike) -> Array:
+        """Displacements in balance with loads on the patches.
 
         Parameters
         ----------
         forces : array_like, shape (n, 2)
-            Normal (towards -z) and tangential (towards +x) force of each patch [N].
-        start : ndarray, optional
-            Coefficients from which to begin; those of no load if not given.
+            Normal (towards -z) and tangential (towards +x) force of each patch [N]; of follower
+            loads normal and tangential to the chord of the deformed patch.
 
         Returns
         -------
@@ -284,23 +292,17 @@ class FiniteStrip:
                 f"Forces of shape {wanted.shape} do not fit {len(self.centres)} patches, or are "
                 "not finite; give shape (n, 2) in newtons."
             )
-        return self._stepped(np.tensordot(self.unit_loads, wanted, axes=2), start)
+        return self._stepped(self.load(wanted))
 
     def _stepped(
-        self,
-        load: Array,
-        start: Array | None = None,
-        step: float = 1.0,
-        smallest: float = SMALLEST_STEP,
+        self, load: SurfaceLoad, step: float = 1.0, smallest: float = SMALLEST_STEP
     ) -> Array:
-        """Displacements in balance with nodal forces, by steps of the load as small as it takes."""
-        now = np.zeros(self.shape) if start is None else start
-        reached = 0.0
-        begin = load if start is None else load - self.internal_forces(now)
+        """Displacements in balance with a load, by steps of it as small as it takes."""
+        now, reached = np.zeros(self.shape), 0.0
         tangent: Tangent | None = None
         while reached < 1:
-            target = load - (1 - min(reached + step, 1.0)) * begin
             try:
+                target = load.scaled(min(reached + step, 1.0))
                 now, tangent = self._balanced(now, target, tangent)
             except InputError:
                 step, tangent = step / 2, None
@@ -311,27 +313,58 @@ class FiniteStrip:
         return now
 
     def _balanced(
-        self, now: Array, load: Array, tangent: Tangent | None, tolerance: float = TOLERANCE
+        self,
+        now: Array,
+        load: SurfaceLoad,
+        tangent: Tangent | None,
+        tolerance: float = TOLERANCE,
     ) -> tuple[Array, Tangent | None]:
         """Newton's method from one state to the balance with a load."""
-        free, size = self._free, np.linalg.norm(load.ravel()[self._free])
-        enough = max(tolerance * size, ROUNDING)
-        last = np.inf
+        free, last = self._free, np.inf
         for _ in range(ITERATIONS):
-            parts = self._responses(self.gradients(now))
-            left = (load - self._forces(parts)).ravel()[free]
+            parts, nodal = self._responses(self.gradients(now)), load.nodal(now[..., -1])
+            left = (self._on_surface(nodal) - self._forces(parts)).ravel()[free]
             norm = np.linalg.norm(left)
-            if norm <= enough:
+            if norm <= max(tolerance * float(np.linalg.norm(nodal)), ROUNDING):
                 return now, tangent
             if tangent is None or norm > SLOW * last:
                 tangent = self._factorised(parts)
             last = norm
-            step = np.zeros(now.size)
-            step[free] = tangent.solve(left)
-            now = now + step.reshape(self.shape)
+            now = now + self._step(tangent, load, now, left)
         raise InputError(
             f"No balance was found in {ITERATIONS} steps. Take smaller loads or wider contacts."
         )
+
+    def _step(self, tangent: Tangent, load: SurfaceLoad, now: Array, left: Array) -> Array:
+        """Newton's step from a state, by what is out of balance at the free coefficients.
+
+        With the derivative D of the load, (K - D) x = left for x = K^-1 (left + y), where the
+        forces y = D x of the surface follow by GMRES.
+        """
+
+        def moved(forces: Array) -> Array:
+            found = np.zeros(int(np.prod(self.shape)))
+            found[self._free] = tangent.solve(forces)
+            return found.reshape(self.shape)
+
+        def followed(state: Array) -> Array:
+            return load.changed(now[..., -1], state[..., -1]).ravel()
+
+        def on_free(forces: Array) -> Array:
+            return self._on_surface(forces.reshape(2, -1)).ravel()[self._free]
+
+        first = moved(left)
+        begin = followed(first)
+        if not begin.any():
+            return first
+        made: Any = LinearOperator  # whose stubs know no functions
+        less = made(
+            (begin.size, begin.size),
+            matvec=lambda forces: forces - followed(moved(on_free(forces))),
+            dtype=float,
+        )
+        forces, _ = gmres(less, begin, rtol=FOLLOWED, restart=KRYLOV, maxiter=1)
+        return first + moved(on_free(forces))
 
     @cached_property
     def _unloaded(self) -> Tangent:
@@ -349,8 +382,8 @@ class FiniteStrip:
         found[:, self._free] = tangent.solve(loads[:, self._free].T).T
         return found
 
-    def _near(self, load: Array, linear: Array, smallest: float = SMALLEST_STEP) -> Array:
-        """Displacements in balance with nodal forces as closely as `ENOUGH`.
+    def _near(self, load: SurfaceLoad, linear: Array, smallest: float = SMALLEST_STEP) -> Array:
+        """Displacements in balance with a load as closely as `ENOUGH`.
 
         From those of small strain, if they lead there.
         """
@@ -368,15 +401,17 @@ class FiniteStrip:
         shape = (*places.shape, -1)
         return value.toarray().reshape(shape), slope.toarray().reshape(shape)
 
-    def beside_linear(self, load: Array, changes: Array) -> tuple[Array, Array]:
+    def beside_linear(
+        self, load: SurfaceLoad, changes: Sequence[DeadLoad] = ()
+    ) -> tuple[Array, Array]:
         """What large strain adds to the stress that the light sees, and its change with the load.
 
         Parameters
         ----------
-        load : ndarray, shape (2, along x)
-            Normal and tangential nodal forces of the surface [N].
-        changes : ndarray, shape (k, 2, along x)
-            Changes of them.
+        load : SurfaceLoad
+            On the strip.
+        changes : sequence of DeadLoad, length k
+            Changes of it.
 
         Returns
         -------
@@ -390,11 +425,9 @@ class FiniteStrip:
         InputError
             If no stable state is found.
         """
-        both = np.concatenate([load[None], changes])
-        loads = np.zeros((len(both), *self.shape))
-        loads[:, 1, :, -1], loads[:, 0, :, -1] = -both[:, 0], both[:, 1]
+        loads = self._on_surface(np.array([self._at_rest(one) for one in (load, *changes)]))
         linear = self._linear(loads)
-        state = self._near(loads[0], linear[0], FEWEST)
+        state = self._near(load, linear[0], FEWEST)
         small = self._small_strain(linear)
         added = self.seen_at_stations(state) - small[:, 0]
         if not len(changes):
@@ -478,12 +511,13 @@ class FiniteStrip:
             *interpolation(mesh.order, mesh.z, heights),
         )
 
-    def _orders(self, unit: Array, weights: Array) -> tuple[Array, Array]:
+    def _orders(self, unit: Array, forces: Array, weights: Array) -> tuple[Array, Array]:
         """First and second order of the stress along one direction of the forces."""
-        small = SMALL * unit
+        small, load = SMALL * unit, self.load(SMALL * forces)
         # both signs of a displacement leave the even orders alone
-        even = (self.internal_forces(small) + self.internal_forces(-small)) / 2
-        second = -self._linear(even)
+        inside = (self.internal_forces(small) + self.internal_forces(-small)) / 2
+        outside = (load.nodal(small[..., -1]) - load.nodal(-small[..., -1])) / 2
+        second = self._linear(self._on_surface(outside) - inside)
         (plus, u, rise), (minus, _, _) = self._seen(small + second), self._seen(second - small)
         first = (plus - minus) / 2
         direct = ((plus + minus) / 2 + first * rise) @ weights
@@ -577,20 +611,25 @@ class Expansion:
     def of(cls, strip: FiniteStrip) -> Expansion:
         """Expand to second order.
 
-        With u = e u_1 + e^2 u_2 the internal forces of order e^2 balance: K u_2 = -R_2(u_1).  At
+        With u = e u_1 + e^2 u_2 forces of order e^2 balance: K u_2 = F_1(u_1) - R_2(u_1), of
+        follower loads F_1 of first order in the displacements and internal forces R_2.  At
         the camera's x stands the material point x - u_1, so that the integral gains
         int (s_2 + s_1 du_1/dx) dz - d/dx int s_1 u_1 dz.  Pairs of forces follow from the sums of
         two.
         """
         count = 2 * len(strip.centres)
-        units = strip._linear(strip.unit_loads.reshape(*strip.shape, count).transpose(3, 0, 1, 2))
+        forces = np.eye(count).reshape(count, -1, 2)
+        unit_loads = np.array([strip._at_rest(strip.load(one)) for one in forces])
+        units = strip._linear(strip._on_surface(unit_loads))
         _, weights = strip._line(strip.mesh.z[: strip._rows + 1])
         first = np.zeros((len(strip.mesh.stations), count))
         found = np.zeros((*first.shape, count))
         for i in range(count):
             for j in range(i + 1):
-                unit = units[i] if i == j else units[i] + units[j]
-                once, twice = strip._orders(unit, weights)
+                pair = [i] if i == j else [i, j]
+                once, twice = strip._orders(
+                    units[pair].sum(axis=0), forces[pair].sum(axis=0), weights
+                )
                 found[:, i, j] = twice
                 if i == j:
                     first[:, i] = once
@@ -610,8 +649,7 @@ class Expansion:
             If no stable state is found.
         """
         strip, flat = self.strip, forces.ravel()
-        load = np.tensordot(strip.unit_loads, forces, axes=2)
-        state = strip._near(load, np.tensordot(flat, self.units, axes=1))
+        state = strip._near(strip.load(forces), np.tensordot(flat, self.units, axes=1))
         return strip.seen_at_stations(state) - (self.first + self.second @ flat) @ flat
 
 

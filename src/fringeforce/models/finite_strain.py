@@ -15,6 +15,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.contacts.press import Press, Tractions
 from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.mechanics.finite_strain import ORDER, FiniteStrip, finite_strip
+from fringeforce.mechanics.surface_loads import DeadLoad
 from fringeforce.models.presses import tractions
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
@@ -128,8 +129,7 @@ def added_phase(sensor: Sensor, strip: FiniteStrip, x: Array, forces: Array) -> 
     InputError
         If the strip has no stable state under the forces.
     """
-    load = strip.surface_loads(forces)
-    return _at(sensor, strip, x, strip.beside_linear(load, np.empty((0, *load.shape)))[0])
+    return _at(sensor, strip, x, strip.beside_linear(strip.load(forces))[0])
 
 
 def strain_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
@@ -235,7 +235,9 @@ class SkinStrain:
         InputError
             If the strip has no stable state under the load.
         """
-        stress, slopes = strip.beside_linear(load, changes)
+        stress, slopes = strip.beside_linear(
+            DeadLoad.pressing(load), [DeadLoad.pressing(change) for change in changes]
+        )
         both = np.concatenate([stress[:, None], slopes], axis=1)
         phases = self.shown(_at(self.sensor, strip, self.places, both).T)
         return phases[0], phases[1:]

@@ -95,7 +95,12 @@ def plane_check(sensor: Sensor, progress: Progress | None = None) -> PlaneCheck:
         parts = sensor.model_dump(
             by_alias=True, exclude={"skin", "tactels", "camera", "tolerances"}
         )
-        parts["transducer"] |= {"plane": plane, "strain": "linear", "relaxation": ()}
+        parts["transducer"] |= {
+            "plane": plane,
+            "strain": "linear",
+            "loads": "dead",
+            "relaxation": (),
+        }
         camera = sensor.camera.model_copy(update={"line_position": None, "line_width": None})
         return Sensor(**parts, tactels=lines, camera=camera)
 

@@ -156,7 +156,7 @@ class StripDepartureTest:
                 wide |= dict.fromkeys(pairs_of_channels(len(sensor.polariscope.channels)), LEAK)
             elif one.path not in SIZES:
                 wide[one.path] = one.deviation * self._unit(one)
-        block = sensor.transducer.model_copy(update={"strain": "linear"})
+        block = sensor.transducer.small_strain
         made = sensor.model_copy(
             update={"tolerances": Tolerances(wide), "camera": camera, "transducer": block}
         )

@@ -126,7 +126,7 @@ def light_reader(model: SensorModel) -> StripFrameReader:
     """
     sensor, mine = model.sensor, ("camera.", "polariscope.")
     kept = {path: std for path, std in sensor.tolerances.items() if path.startswith(mine)}
-    small = sensor.transducer.model_copy(update={"strain": "linear", "influence_error": 0.0})
+    small = sensor.transducer.small_strain.model_copy(update={"influence_error": 0.0})
     alone = sensor.model_copy(update={"tolerances": Tolerances(kept), "transducer": small})
     return StripFrameReader(replace(model, sensor=alone))
 

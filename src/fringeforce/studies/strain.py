@@ -116,7 +116,7 @@ def at_load(model: SensorModel, curvature: Array, load: float) -> AtLoad:
     Parameters
     ----------
     model : SensorModel
-        Of small strain, contacts of some width.
+        Contacts of some width.
     curvature : ndarray, shape (P, 2n, 2n)
         Second order of the phase [rad/N^2].
     load : float
@@ -268,7 +268,7 @@ def strain_study(
 
 def _tactels(sensor: Sensor, width: float) -> Callable[[float], AtLoad]:
     """What compares loads of tactels whose contacts are so wide."""
-    drawn = sensor.replace(**{"tactels.contact_width": width, "transducer.strain": "linear"})
+    drawn = sensor.replace(**{"tactels.contact_width": width, "transducer.strain": "finite"})
     model = characterize(drawn)
     curvature = second_order_influence(drawn, drawn.pixel_positions)
     return lambda load: at_load(model, curvature, load)
