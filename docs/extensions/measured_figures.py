@@ -149,13 +149,18 @@ def large_strain(path: Path) -> Figure:
 
 
 def finite_strain(path: Path) -> Figure:
-    """Difference from NGSolve by load, of ours and of the linear model; neo-Hookean layers."""
+    """Difference from NGSolve by load, of ours and of the linear model; neo-Hookean layers.
+
+    Of dead loads, and of those that follow the surface.
+    """
     table = aligned(path, "law")
     figure, (axes,) = _figure(2.8)
-    plain = [k for k, law in enumerate(table.texts("law")) if law == "neo-Hookean"]
-    load, linear, off = (np.array(table.numbers(name))[plain] for name in ("N", "linear", "off"))
-    axes.loglog(load, linear, "o:", color=TANGENTIAL, label="linear")
-    axes.loglog(load, off, "o-", color=NORMAL, label="Newton steps")
+    plain = np.array(table.texts("law")) == "neo-Hookean"
+    for loads, mark in (("dead", "o"), ("follower", "x")):
+        rows = plain & (np.array(table.texts("loads")) == loads)
+        load, linear, off = (np.array(table.numbers(one))[rows] for one in ("N", "linear", "off"))
+        axes.loglog(load, linear, f"{mark}:", color=TANGENTIAL, label=f"linear, {loads} loads")
+        axes.loglog(load, off, f"{mark}-", color=NORMAL, label=f"Newton steps, {loads} loads")
     axes.set(xlabel="force on every tactel [N]", ylabel="off NGSolve\n[% of the peak phase]")
     axes.legend()
     return figure

@@ -93,7 +93,7 @@ class Transducer(Part):
     def _follows_large_strain(self) -> Self:
         if self.loads == "follower" and self.strain == "linear":
             raise ValueError(
-                'loads = "follower" turn with a surface that strain = "linear" leaves as it is; '
+                'loads = "follower" turns with a surface that strain = "linear" leaves as it is; '
                 'take strain = "finite", or leave loads out'
             )
         return self
@@ -330,7 +330,7 @@ class Sensor(Design):
             )
         if transducer.loads == "follower" and info.data.get("skin") is not None:
             raise ValueError(
-                'loads = "follower" act on tactels, and contacts anywhere on a skin are dead; '
+                'loads = "follower" acts on tactels, and contacts anywhere on a skin are dead; '
                 "leave loads out, or give tactels in the place of the skin"
             )
         centres = tactels.positions + tactels.placement
