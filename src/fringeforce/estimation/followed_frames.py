@@ -32,6 +32,8 @@ EVALUATIONS = 6
 """Most evaluations of one frame; slow motion takes one."""
 AGED = 0.04
 """Ratio of the second step to the first, in deviations, from which the inverse is computed anew."""
+RENEWALS = 4
+"""Most times that it is computed anew within one frame."""
 RENEWED = 0.1
 """Change of the phase, root mean square, from which it is computed anew in any case [rad]."""
 AVERAGING = 0.2
@@ -238,7 +240,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     for i in range(len(frames)):
         lay_out(pixels, standing, frames[i], nothing)
         turn, ratio, last, way = 0, state[0], 0.0, np.float32(0)
-        first, renewed, everything = True, False, lasting == 0
+        first, renewals, everything = True, 0, lasting == 0
         state[3] = 0.0
         # one call each of what looks at every pixel, so that it is compiled into this loop
         while True:
@@ -270,10 +272,10 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             if turn == EVALUATIONS or (
                 turn > 0 and ratio > DIVERGED * DIVERGED and length > reached
             ):
-                if renewed or lasting > 0:
+                if renewals == RENEWALS or lasting > 0:
                     return i, STALE
                 moved = _renew_here(model, pixels, reference, standing, moved)
-                turn, ratio, renewed = 0, state[0], True
+                turn, ratio, renewals = 0, state[0], renewals + 1
                 continue
             for a in range(many):
                 x[reference.fresh[a]] -= step[a]

@@ -330,8 +330,11 @@ def _reduced(contacts, prior, known):
     turned = np.empty((ways[0] * ways[1] * ways[2] * ways[3], count))
     _turned(contacts.influence.reshape(len(turned), rank), wave[:count], order, turned)
     loads = len(contacts.curvature)
-    curved = np.empty((loads * loads, count))
-    _turned(contacts.curvature.reshape(len(curved), rank), wave[:count], order, curved)
+    curved = np.empty((loads, loads, count))
+    for a in range(loads):
+        _turned(contacts.curvature[a, : a + 1], wave[:count], order, curved[a, : a + 1])
+        for b in range(a):
+            curved[b, a] = curved[a, b]
     return Reduced(
         root,
         cross,
@@ -339,7 +342,7 @@ def _reduced(contacts, prior, known):
         order[:count],
         profiles.reshape(shape[0], shape[1], shape[2], count),
         turned.reshape(ways[0], ways[1], ways[2], ways[3], count),
-        curved.reshape(loads, loads, count),
+        curved,
     )
 
 
