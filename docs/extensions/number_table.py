@@ -16,8 +16,8 @@ ROOMS = ("reading", "estimation", "models")
 """Rooms whose numbers steer readings, from the frame down to the model."""
 DECIDING = {
     "estimation.hypotheses": ("CONFIDENCE", "NEGLIGIBLE_LOSS", "SAME_PHASE"),
-    "estimation.residual_test": ("FALSE_ALARM", "FALSE_CONTACT"),
-    "reading.strip_frames": ("FITS", "MISSED"),
+    "estimation.residual_test": ("FALSE_ALARM", "FALSE_VERDICT"),
+    "reading.strip_frames": ("MISSED",),
     "estimation.posterior": ("WAVES",),
     "models.uncertainty": ("BROKEN",),
     "reading.departure_test": ("HARMLESS",),

@@ -24,7 +24,7 @@ from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.light import light_of_channels, pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances, number_at, with_values
-from fringeforce.estimation.posterior import Posterior, Top
+from fringeforce.estimation.posterior import HELD, Posterior, Top
 from fringeforce.estimation.residual_test import square_limit
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.imaging import Calibration, Imaging
@@ -42,8 +42,6 @@ WORSE = 1.0
 too long."""
 SETTLED = 0.1
 """Length of a move, in standard deviations of all unknowns together, below which it is the last."""
-NOTHING = 1e8
-"""Factor on the precision of loads where there are none."""
 MARGIN = 2
 """Pixels at the strip's ends that are left out, as by calibrations."""
 STRENGTHS = np.linspace(-3, 3, 25)
@@ -482,7 +480,7 @@ class _State:
     def _pinned(self, posterior: Posterior, top: Top) -> Top:
         """What explains a frame best without any drift of its own."""
         precision, start = posterior.prior.precision.copy(), top.unknowns.copy()
-        precision[self.rows.where] *= NOTHING
+        precision[self.rows.where] *= HELD
         start[self.rows.where] = 0.0
         alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
         return alone.climbed(start, heats=())
@@ -516,7 +514,7 @@ class _State:
         if self.loads is not None:
             count, prior = posterior.model.at.loads, posterior.prior
             precision, mean = prior.precision.copy(), prior.mean.copy()
-            precision[:count] *= NOTHING
+            precision[:count] *= HELD
             mean[:count] = self.loads[number]
             known = prior._replace(precision=precision, mean=mean)
             alone = replace(posterior, prior=known)

@@ -13,6 +13,7 @@ from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.design_entries import DRAWN
 from fringeforce.calibration.fit import HOPELESS, BenchFit
+from fringeforce.calibration.verification import CONTRADICTED
 from fringeforce.design.text import unit_at
 from fringeforce.design.tolerances import number_at
 from fringeforce.design.units import READABLE
@@ -20,9 +21,6 @@ from fringeforce.design.units import READABLE
 LEFT_OUT = 0.2
 """Share of frames that may contradict the others, or that the model need not explain: one press in
 five is not an accident."""
-CHANCE = 1e-4
-"""Chance below which intervals do not hold, of a coverage as low as that of the frames that were
-put aside, and below which a value is not that of the drawing, of lying as far off."""
 EXPLAINS = 0.25
 """Share of what the misfit has beyond noise that a cause must leave at most to be named: the right
 one leaves none, and a wrong one that wandered far was seen to leave two fifths."""
@@ -104,7 +102,7 @@ def _wrong(fit: BenchFit, frames: int) -> str:
 def _wrong_forces(fit: BenchFit) -> str:
     """What is wrong with the forces of a fit that explains its frames, if anything."""
     checked = fit.checked
-    if checked.forces and bdtr(checked.inside, checked.forces, 0.95) < CHANCE:
+    if checked.forces and bdtr(checked.inside, checked.forces, 0.95) < CONTRADICTED:
         return (
             f"only {1e2 * checked.inside / checked.forces:.0f} % of the forces of frames that "
             "were put aside lie within their 95 % intervals."
@@ -131,7 +129,7 @@ def _far_off(sensor: Any, values: Values, stated: bool) -> Iterator[str]:
         allowed = DRAWN * abs(drawn[0]) if tolerance is None else tolerance
         off = abs(value - drawn[0]) / np.hypot(allowed, std)
         # of all values together
-        if 2 * ndtr(-off) * len(values) > CHANCE:
+        if 2 * ndtr(-off) * len(values) > CONTRADICTED:
             continue
         factor, symbol = READABLE.get(unit_at(sensor, path), (1.0, ""))
         there, here = (f"{one * factor:.4g} {symbol}".rstrip() for one in (value, drawn[0]))

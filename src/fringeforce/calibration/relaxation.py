@@ -37,8 +37,6 @@ WIDEST = 3.0
 """Standard deviations that a term has to be away from none, as designs demand of tolerances."""
 TERMS = 3
 """Most terms that are tried."""
-LONGEST = 1.0
-"""Longest time of a term over the length of the recording: what is slower is a part of the gain."""
 FEW = 20
 """Readings below which no term can be told."""
 MOST = 100
@@ -176,7 +174,8 @@ class _Fit:
         self.shown, self.deviation, self.usable = shown, deviation, usable
         self.largest = float(np.abs(totals(0.0)).max())
         steps = np.diff(times)
-        self.range = float(steps[steps > 0].min()), LONGEST * float(times[-1] - times[0])
+        # what is slower than the recording is long is a part of the gain
+        self.range = float(steps[steps > 0].min()), float(times[-1] - times[0])
 
     def __call__(self, unknowns: Array) -> Array:
         count = self.count

@@ -16,14 +16,13 @@ from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.resultant import touch
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
+from fringeforce.estimation.bad_pixels import OUTLIER
 from fringeforce.reading.reading import Reading
 
 MOMENT = 3
 """Components of a moment, which stand between force and centre in a resultant's covariance."""
 DELAYS = np.linspace(-2.0, 2.0, 81)
 """Delays of a log that are tried about the one that frames alone tell, in its deviations."""
-FAR = 5.0
-"""Deviations beyond which an error tells of a wrong load, not of the delay."""
 
 
 class Beside(NamedTuple):
@@ -74,7 +73,8 @@ def compared(
 
     def misfit(steps: float) -> float:
         one = late(steps)
-        return float(np.nansum(np.minimum(np.square(one.forces / one.force_std), FAR**2)))
+        # an outlier tells of a wrong load, not of the delay
+        return float(np.nansum(np.minimum(np.square(one.forces / one.force_std), OUTLIER**2)))
 
     best = float(DELAYS[np.argmin([misfit(float(steps)) for steps in DELAYS])])
     step = float(DELAYS[1] - DELAYS[0])

@@ -28,8 +28,9 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Reading, Status
 
-CHANCE = 1e-4
-"""Chance of errors this large below which a reading contradicts its load."""
+CONTRADICTED = 1e-4
+"""Chance of being as far off below which a reading contradicts its load, a fitted value its
+drawing, or a coverage its intervals."""
 BESIDE = 3.0
 """Standard deviations of its place beyond which a contact does not lie on a tactel."""
 
@@ -149,7 +150,7 @@ def _by_position(
         stated=float(np.sqrt(np.mean(std[read] ** 2))),
         coverage=float(np.mean(np.abs(off[read]) < INTERVAL * std[read])),
         statuses=Counter(reading.status.name for reading in readings),
-        wrong=tuple(np.flatnonzero(read & (beside.chances < CHANCE)).tolist()),
+        wrong=tuple(np.flatnonzero(read & (beside.chances < CONTRADICTED)).tolist()),
         places=places,
         beside=apart,
     )
@@ -184,5 +185,5 @@ def _agrees(reading: Reading, off: Array) -> bool:
     explanations = np.concatenate([reading.forces[None], reading.alternatives])
     apart = explanations.reshape(len(explanations), -1) - load
     return bool(
-        (np.einsum("ki,ij,kj->k", apart, whitening, apart) < chdtri(len(off), CHANCE)).any()
+        (np.einsum("ki,ij,kj->k", apart, whitening, apart) < chdtri(len(off), CONTRADICTED)).any()
     )

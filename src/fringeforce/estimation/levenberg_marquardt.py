@@ -29,6 +29,8 @@ Place = TypeVar("Place")
 
 FIRST, FACTOR, STRONGEST = 1e-3, 10.0, 1e6
 """Damping to begin with, what it changes by, and where a search for a step that gains gives up."""
+MOST_STEPS = 25
+"""Steps after which a descent ends in any case; most take a few."""
 SLOW = 0.1
 """Share of a promise left after a step, above which the curvature is computed again."""
 STALE = 0.01

@@ -67,8 +67,8 @@ LINEAR_PHASE = 1.0
 """Largest phase of a frame from which it is linear in the phase about its best one [rad]."""
 HELD = 1e8
 """Factor on the precision of a force that is held at none."""
-RELEVANCE = 3
-"""Rounds in which the widths of priors of single contacts settle."""
+PRIOR_ROUNDS = 3
+"""Rounds of expectation and maximisation in which the widths of priors settle."""
 GAUSSIAN = 0.5
 """Effective share of draws from Laplace's approximation from which it stands for the posterior."""
 SETTLING_ROUNDS, HEATED_STEPS, SETTLING_STEPS = 6, 4, 16
@@ -398,7 +398,7 @@ class Posterior:
         """
         loads, widest = self.model.at.loads, self.prior.precision
         posterior, about, own = self, self.linearised(top), widest[:0]
-        for _ in range(RELEVANCE):
+        for _ in range(PRIOR_ROUNDS):
             near = np.linalg.inv(about.hessian).diagonal()[:loads]
             square = (np.square(top.unknowns[:loads]) + near) * widest[:loads]
             share = np.clip(square.reshape(-1, 2).mean(axis=1), 1 / HELD, 1.0)

@@ -17,12 +17,15 @@ GROUP = 16
 FALSE_ALARM = 1e-7
 """Chance that noise alone exceeds a limit, beyond which a frame is not of its model: once in five
 minutes at 30,000 frames per second."""
-FALSE_CONTACT = 1e-5
-"""Chance that noise alone makes some load explain a frame better than no contact.  It costs no more
-than a frame of loads that are near zero, and what is touched lightly shows earlier."""
+FALSE_VERDICT = 1e-5
+"""Chance that noise alone has a frame judged wrongly: that the right explanation is refused, or
+that some load explains it better than no contact.  The latter costs no more than a frame of loads
+that are near zero, and what is touched lightly shows earlier."""
 PLAIN = 0.01
 """Chance of noise below which residuals are not plainly noise: of a hundred good explanations one
 is looked at again."""
+NEARLY_EXPLAINED = 1.2
+"""Reduced chi-square below which what is left may be due to what is not fitted yet."""
 
 
 def square_limit(freedom: float, chance: float = FALSE_ALARM) -> float:

@@ -20,7 +20,7 @@ from scipy.ndimage import binary_erosion
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import REACH, number_at, with_values
-from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
+from fringeforce.estimation.residual_test import FALSE_VERDICT, PLAIN, square_limit
 from fringeforce.models.creep import Creep
 from fringeforce.models.uncertainty import RELAXING
 from fringeforce.reading.batch import Batch
@@ -294,7 +294,7 @@ def _without(
     return left, share
 
 
-def _nothing(forces: Array, covariance: Array, chance: float = FALSE_CONTACT) -> bool:
+def _nothing(forces: Array, covariance: Array, chance: float = FALSE_VERDICT) -> bool:
     """Whether forces are no more than their deviations leave of none."""
     flat = forces.ravel()
     return bool(flat @ np.linalg.solve(covariance, flat) < square_limit(flat.size, chance))

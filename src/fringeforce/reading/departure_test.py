@@ -58,8 +58,8 @@ SIZES = "transducer.compliant.thickness", "transducer.photoelastic.thickness"
 """What is tested of the layers; their moduli show by their ratio alone beside forces of any size,
 and so little that a cover a fifth stiffer is three standard deviations of a frame."""
 HARMLESS = 0.5
-"""Standard deviations by which a departure that is no matter, however plain it is, moves a force at
-most: errors grow by an eighth."""
+"""Standard deviations by which what a model leaves out moves forces at most if it is no matter,
+however plain it is: errors grow by an eighth."""
 STRONGER = 2.0
 """Square of the phase over that of the last test from which a frame that follows is tested: what is
 pressed harder shows what was hidden."""

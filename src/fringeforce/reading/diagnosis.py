@@ -21,6 +21,7 @@ from fringeforce.estimation.frame_exposure import (
 )
 from fringeforce.estimation.hypotheses import SAME_PHASE
 from fringeforce.estimation.posterior import Top
+from fringeforce.estimation.residual_test import FALSE_VERDICT, NEARLY_EXPLAINED
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.departures import (
     BLUR,
@@ -35,13 +36,14 @@ from fringeforce.reading.departure_fit import Fit, begin, distinct
 from fringeforce.reading.findings import (
     FOLLOWED,
     HOPELESS,
+    MOST_NAMED,
     PARTLY,
     RIVAL,
     UNEXPLAINED,
     sentence,
     together,
 )
-from fringeforce.reading.strip_frames import FITS
+from fringeforce.reading.posterior_search import FIRST_EFFORTS
 from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[np.float64]
@@ -50,16 +52,12 @@ WIDER = {"camera.amplitude": 0.05, "polariscope.visibility": 0.05, RESIDUAL: 0.1
 """Deviations of a reading that allows for everything; the first is relative."""
 ALLOWED_WIDTH = 0.3
 """The same of widths of contacts over their spacing; point spread and places are as departures."""
-ATTEMPTS = 2
-"""Efforts of a search of that reading."""
 PHASES = 3
 """Explanations of it that are tried."""
 ACCURACY = 2e-4
 """Relative accuracy of the phase; departures of one number that differ less look the same."""
-NEARLY_EXPLAINED = 1.2
-"""Reduced chi-square below which a phase is tried at once, and mirror images of it are not."""
-MOST_NAMED, SWEEPS = 4, 2
-"""Departures that are named together at most, and rounds in which sizes are corrected."""
+SWEEPS = 2
+"""Rounds in which the sizes of departures that are named together are corrected."""
 UNMENDABLE = 2.0
 """Reduced chi-square beyond which mirror images do not mend a phase."""
 
@@ -120,7 +118,7 @@ class Diagnosis:
         """
         close = list[Array]()
         fits = self.fits(frame, close)
-        if fits and fits[0].explains(FITS):
+        if fits and fits[0].explains(FALSE_VERDICT):
             named = [fits[0], *(fit for fit in fits[1:] if _alike(fits[0], fit))]
             return (sentence(named, self.reader.model),)
         several = self._together(frame, close[0]) if close else []
@@ -158,7 +156,7 @@ class Diagnosis:
                 least = min(least, found.top.loss)
                 if number not in best or found.evidence > best[number].evidence:
                     best[number] = found
-            if _likeliest(best).explains(FITS):
+            if _likeliest(best).explains(FALSE_VERDICT):
                 break
         return sorted(best.values(), key=lambda fit: -fit.evidence)
 
@@ -198,7 +196,7 @@ class Diagnosis:
                         chosen[place] = replace(
                             fit, size=size, std=more.std, significance=abs(size) / more.std
                         )
-            if best.explains(FITS):
+            if best.explains(FALSE_VERDICT):
                 return sorted(chosen, key=lambda fit: -fit.significance)
             posterior = best.posterior
         return []
@@ -212,7 +210,8 @@ class Diagnosis:
         for allowance in ALLOWANCES:
             if allowance.offset and self._fixed:
                 continue
-            posterior, tops = self._allowing(allowance).explanations(frame, ATTEMPTS, mend=False)
+            reader = self._allowing(allowance)
+            posterior, tops = reader.explanations(frame, FIRST_EFFORTS, mend=False)
             for top in tops[:PHASES]:
                 if top.square < NEARLY_EXPLAINED * top.count:
                     close.append(posterior.phase(top))
@@ -224,7 +223,7 @@ class Diagnosis:
         nearest, least = min(missed, key=lambda one: one[0].loss)
         if nearest.square > UNMENDABLE * nearest.count:
             return
-        posterior, tops = self._allowing(least).explanations(frame, ATTEMPTS, mend=True)
+        posterior, tops = self._allowing(least).explanations(frame, FIRST_EFFORTS, mend=True)
         for top in tops[:PHASES]:
             if top.square < NEARLY_EXPLAINED * top.count:
                 close.append(posterior.phase(top))

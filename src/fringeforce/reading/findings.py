@@ -25,6 +25,8 @@ HOPELESS = 1.5
 """Loss over the smallest from which a departure is not followed further."""
 FOLLOWED = 6
 """Departures that are followed to their best, of those that explain most after a few steps."""
+MOST_NAMED = 4
+"""Departures that are named together at most."""
 PARTLY = 1.5
 """Reduced chi-square below which a departure is named that does not explain all of the frame."""
 

@@ -12,12 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.errors import InputError
+from fringeforce.estimation.hypotheses import CONFIDENCE
 from fringeforce.reading.batch import Batch, Progress, grey_levels
 from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.reading import Reading, Status
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+FOLLOWING_STEPS = 12
+"""Steps in which an explanation must be reached from that of another frame; slow motion takes
+three."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +41,7 @@ class FrameReader(ABC):
 
     model: Any
     friction: float | None = None
-    confidence: float = 0.999
+    confidence: float = CONFIDENCE
 
     def __post_init__(self) -> None:
         if self.friction is not None and not self.friction > 0:

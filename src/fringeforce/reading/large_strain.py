@@ -29,6 +29,8 @@ PATTERNS = 8
 SQUASHED = 0.1
 """Strain of the cover under the largest force of a pattern, its pressure over the modulus: half as
 much leaves too little to be told from rounding, twice as much folds the surface at some widths."""
+SOLUTIONS = 8
+"""Most times that large strain is solved for one explanation: each leaves a tenth to a third."""
 MESH = 0.02
 """Share that the elements of the second order leave of what is beyond it, against finer ones."""
 

@@ -17,26 +17,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.estimation.bad_pixels import OUTLIER
 from fringeforce.estimation.extremes import extremes, light_of_extremes
-from fringeforce.estimation.frame_model import (
-    FrameModel,
-)
+from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.phase.branches import branches
 from fringeforce.estimation.phase.folding import block_edges, block_means, phase_pace
 from fringeforce.estimation.phase.reflections import TOUCH, mirror_images
+from fringeforce.estimation.phase_fit import LIKELY_STDS
 from fringeforce.estimation.posterior import Posterior, Top
+from fringeforce.reading.contact_prior import LOADS, SHEAR_RATIO
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-GATE = 5.0
-"""Standard deviations within which a phase counts as predicted."""
-SHEAR_RATIO = 0.6
-"""Tangential force over normal force of a contact, standard deviation: a dry contact's friction."""
 CONTRAST = 0.3
 """Lowest contrast of blurred fringes that is undone."""
-FASTEST = 0.4
-"""Pace beyond which blur is not followed further [rad per pixel]."""
 DENSE = 1.3
 """Pace of the phase beyond which pixels no longer follow fringes [rad per pixel]."""
 STRIDE = 0.5
@@ -45,12 +40,8 @@ LEVEL_ERROR = 0.01
 """Standard deviation of a block's normalised intensity by all that the extremes do not tell."""
 LARGE = 0.02
 """Change of a load's phase over the phase of all loads together from which a mode is large."""
-UNPUSHED = 1.8
-"""Standard deviation of normal forces over their size where no push is supposed."""
 TELLING_SHARE = 0.03
 """Share of the size of the loads below which a force does not tell its contact's place."""
-FARTHEST_START = 3.0
-"""Standard deviations of places, widths and large modes within which a search starts."""
 GROWTH = 600.0
 """Expected growth of the loss, in the linear state, up to which mirror images are fitted.  Once
 they are, one in three below 40 is an explanation of weight, one in twenty from 100 to 400, and some
@@ -60,6 +51,8 @@ IMAGES_FITTED, IMAGE_STEPS = 16, 8
 hardly approached in four."""
 CANDIDATES = 24
 """Starts of one attempt that are climbed."""
+FIRST_EFFORTS = 2
+"""Efforts, from either end, of a search that is one of several."""
 BINS = 4
 """Pixels that count as one while explanations are looked for."""
 LEAST_PHASE = 0.3
@@ -280,7 +273,7 @@ class PosteriorSearch:
         seen, contrast = lines.pace, np.ones_like(lines.pace)
         if light.blur:
             for _ in range(4):
-                undone = np.minimum(seen / np.maximum(contrast, CONTRAST), FASTEST)
+                undone = seen / np.maximum(contrast, CONTRAST)
                 contrast = np.exp(-np.square(undone * light.blur) / 2)
         return np.max(seen / np.maximum(contrast, CONTRAST) / ratio, axis=0), contrast
 
@@ -322,7 +315,7 @@ class PosteriorSearch:
             np.ascontiguousarray(fixed[order]),
             np.ascontiguousarray(state[order]),
             effort.width,
-            GATE,
+            OUTLIER,
             effort.cut,
         )
         found = self._unknowns(means, scale, np.zeros(self.model.at.size), bool(effort.push) * push)
@@ -358,7 +351,7 @@ class PosteriorSearch:
                 phase = (np.outer(forces, unit) + fixed) * ratio + bias
                 bright = light.gain * (1 - light.visibility * np.cos(phase)) / 2
                 error = np.square(bright - line) / (variance + LEVEL_ERROR**2)
-                errors += np.minimum(error, GATE**2)[:, seen].sum(axis=1)
+                errors += np.minimum(error, OUTLIER**2)[:, seen].sum(axis=1)
             scores.append(errors)
         flat = np.concatenate(scores)
         order = np.argsort(flat, kind="stable")
@@ -368,7 +361,7 @@ class PosteriorSearch:
     def _scale(self, push: float, pushing: float) -> dict[str, Array]:
         """Standard deviations of the parts of the state, for loads of about this size [N]."""
         sizes = {name: push * unit for name, unit in self._units.items()}
-        sizes["load"][::2] = push / pushing if pushing else UNPUSHED * push
+        sizes["load"][::2] = push / pushing if pushing else LOADS * push
         return sizes | {"fields": self._units["fields"]}
 
     @cached_property
@@ -446,7 +439,7 @@ class PosteriorSearch:
         if "shifted" in parts:
             moved = before * about[at.place : at.width, None]
             moved = moved + parts["shifted"].reshape(forces.shape)
-            places = np.clip((forces * moved).sum(axis=2) / weight, -FARTHEST_START, FARTHEST_START)
+            places = np.clip((forces * moved).sum(axis=2) / weight, -LIKELY_STDS, LIKELY_STDS)
             found[:, at.place : at.width] = places
         if at.fields > at.width:
             mean, spread = self._squares
@@ -460,11 +453,11 @@ class PosteriorSearch:
             square = square - np.square(model.place * places / model.reach)
             wide = model.reach * np.sqrt(12 * np.maximum(square, 0.0))
             e = (wide - model.width) / model.width_std
-            found[:, at.width : at.fields] = np.clip(e, -FARTHEST_START, FARTHEST_START)
+            found[:, at.width : at.fields] = np.clip(e, -LIKELY_STDS, LIKELY_STDS)
         for k, mode in enumerate(np.flatnonzero(self._large)):
             moved = parts["apart"][:, k * at.loads : (k + 1) * at.loads].reshape(forces.shape)
             e = (forces * moved).sum(axis=(1, 2)) / weight.sum(axis=1)
-            found[:, at.modes + mode] += np.clip(e, -FARTHEST_START, FARTHEST_START)
+            found[:, at.modes + mode] += np.clip(e, -LIKELY_STDS, LIKELY_STDS)
         small = np.flatnonzero(~self._large)
         found[:, at.modes + small] += split["turned"][:, small]
         found[:, at.fields : at.modes] += parts["fields"]

@@ -14,8 +14,8 @@ from fringeforce.base.errors import InputError
 from fringeforce.estimation.frame_climb import CONVERGED
 from fringeforce.estimation.linearised_frame import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
+from fringeforce.estimation.residual_test import FALSE_VERDICT
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, YIELDING, Contacts, SkinModel
-from fringeforce.reading.strip_frames import FITS
 
 LONGEST_STEP = 0.5
 """Change of place and half width in a step, in half widths and thicknesses of the cover."""
@@ -130,7 +130,7 @@ class Explanation:
         A wrong explanation fits a part of a frame, and takes the rest for broken.
         """
         chance = len(self.posterior.frame) * self.posterior.model.broken
-        return bool(pdtrc(max(self.broken - before, 0.0), chance) < FITS)
+        return bool(pdtrc(max(self.broken - before, 0.0), chance) < FALSE_VERDICT)
 
     @cached_property
     def evidence(self) -> float:

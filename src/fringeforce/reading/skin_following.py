@@ -13,15 +13,15 @@ from fringeforce.estimation.binning import seen_means
 from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.phase_stretches import motion
 from fringeforce.estimation.posterior import sharp
+from fringeforce.estimation.residual_test import FALSE_VERDICT
 from fringeforce.models.skin import PLACE, WIDTH
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.departure_test import Retests
-from fringeforce.reading.frame_reader import Follower
+from fringeforce.reading.frame_reader import FOLLOWING_STEPS, Follower
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_fit import Explanation, Seen, renewed
 from fringeforce.reading.skin_reader import FAINT_FORCE, SkinReader, goes_on
 from fringeforce.reading.skin_result import SkinResult
-from fringeforce.reading.strip_frames import FITS
 
 LINEAR_MOVE = np.array([0.1, 0.3])
 """Change of place and half width, in half widths, up to which a linearisation holds: what is left
@@ -31,8 +31,6 @@ GROWN = 1.3
 SHEARED = 0.05
 """Change of a tangential force over the normal one up to which a linearisation holds: shapes of the
 shear, whose effect is in proportion to it, are uncertain by as much as the shear itself."""
-FOLLOWING_STEPS = 4
-"""Steps in which a followed frame must be reached."""
 WAVES_INTERVAL = 64
 """Frames after which smooth waves of what is left are looked for."""
 
@@ -135,7 +133,7 @@ class SkinFollower(Follower):
             frame[~used] = np.nan
         posterior = replace(last.posterior, frame=self._means(frame))
         top = posterior.climbed(last.top.unknowns, heats=(), steps=(0, FOLLOWING_STEPS))
-        if top.chance < FITS:
+        if top.chance < FALSE_VERDICT:
             return None
         self._age += 1
         contacts = self._single.skin.contacts(posterior.model, top.unknowns)
@@ -143,7 +141,7 @@ class SkinFollower(Follower):
         if found.spoilt(self._broken) or motion(found.phase, last.phase) > JUMP:
             return None
         if self._age >= WAVES_INTERVAL:
-            if found.chance < FITS:
+            if found.chance < FALSE_VERDICT:
                 return None
             self._age = 0
         if self._moved(found):
@@ -151,7 +149,7 @@ class SkinFollower(Follower):
             seen = self._seen(frame, found)
             found = renewed(seen, found)
             # the linearisation that a large step was judged by does not hold at its end
-            if found.chance < FITS or found.spoilt(self._broken):
+            if found.chance < FALSE_VERDICT or found.spoilt(self._broken):
                 return None
             if not goes_on(found, last):
                 return None

@@ -21,7 +21,7 @@ from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, poste
 from fringeforce.estimation.phase_stretches import motion
 from fringeforce.estimation.residual_test import (
     FALSE_ALARM,
-    FALSE_CONTACT,
+    FALSE_VERDICT,
     bumps_are_noise,
     square_limit,
 )
@@ -35,6 +35,7 @@ from fringeforce.models.skin import (
     SkinModel,
     large_strain,
 )
+from fringeforce.reading.large_strain import SOLUTIONS
 from fringeforce.reading.posterior_search import Lines, phase_information
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_departure_test import SkinDepartureTest
@@ -43,7 +44,6 @@ from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST_CONTACTS, SkinSearch
 from fringeforce.reading.strip_explanations import same_phase
 from fringeforce.reading.strip_frames import (
-    FITS,
     HOPELESS_LOSS,
     MISSED,
     StripFrames,
@@ -69,8 +69,6 @@ FAINT_FORCE = 3.0
 """Deviations of a contact's force below which a frame is explained without it."""
 APART_WIDTHS = 1.5
 """Distance of two contacts over the sum of their half widths from which they stay two."""
-SOLUTIONS = 4
-"""Most times that large strain is solved for one start; each leaves a tenth to a third."""
 OFF = 64.0
 """Loss beyond the best from which a climb is given up: what it may still fall is not well known."""
 JUMPED = 2.0
@@ -134,15 +132,15 @@ class SkinReader(StripFrames):
         if before is not None:
             last, probability = before
             found = renewed(seen, climbed(coarse, last.contacts, last.others))
-            fits = found.chance > FITS and not found.spoilt(last.broken)
+            fits = found.chance > FALSE_VERDICT and not found.spoilt(last.broken)
             if fits and goes_on(found, last):
                 return self.stated(found, probability, tracked=True), found
         silent = self._silent(seen)
         met = self._met(seen, coarse, lines, silent)
-        if not met or met[0].chance < FITS:
+        if not met or met[0].chance < FALSE_VERDICT:
             return self._refused(seen.frame, lines, met), None
         if silent is not None and silent.top.loss - met[0].top.loss < square_limit(
-            2, FALSE_CONTACT
+            2, FALSE_VERDICT
         ):
             return self.stated(silent, 1.0, Status.NO_CONTACT), silent
         reading, best = self._weighed(met, silent)
@@ -177,7 +175,7 @@ class SkinReader(StripFrames):
             met = [renewed(seen, climbed(coarse, known))]
         else:
             met = self._met(seen, coarse, lines, self._silent(seen))
-        fitting = [one for one in met if one.chance > FITS]
+        fitting = [one for one in met if one.chance > FALSE_VERDICT]
         return max(fitting, key=lambda one: one.evidence, default=None)
 
     def still_silent(
@@ -194,7 +192,7 @@ class SkinReader(StripFrames):
         strip = self.model.sensor.transducer
         shortest = round(strip.compliant.thickness / strip.length * left.shape[-1])
         for line in np.nan_to_num(left).reshape(len(model.bias), -1):
-            if not bumps_are_noise(line, shortest // len(model.bias), FALSE_CONTACT):
+            if not bumps_are_noise(line, shortest // len(model.bias), FALSE_VERDICT):
                 return None
         return replace(silent, posterior=posterior, top=top)
 
@@ -211,7 +209,7 @@ class SkinReader(StripFrames):
         rest = Contacts(*(part[kept] for part in found.contacts))
         pushed = seen._replace(push=float(rest.forces[:, 0].sum()))
         fewer = climbed(pushed, rest, found.others)
-        return fewer if fewer.chance > FITS else None
+        return fewer if fewer.chance > FALSE_VERDICT else None
 
     def _seen(self, levels: NDArray[Any], used: Mask) -> tuple[Seen, Seen, Lines]:
         """A frame, the same in bins while explanations are looked for, and its lines."""
@@ -252,7 +250,7 @@ class SkinReader(StripFrames):
             for one in _distinct(self._explained(coarse, lines, rough), NEGLIGIBLE_LOSS / 2)
         ]
         met = _ordered(found)
-        if (met and met[0].chance > FITS) or len(coarse.frame) == len(seen.frame):
+        if (met and met[0].chance > FALSE_VERDICT) or len(coarse.frame) == len(seen.frame):
             return met
         return self._met(seen, seen, lines, silent)
 
@@ -270,7 +268,7 @@ class SkinReader(StripFrames):
                     break
         if silent is not None:
             met = _ordered([*met, silent])
-        if met and met[0].chance > FITS:
+        if met and met[0].chance > FALSE_VERDICT:
             met = _ordered(met + self._mirrored(seen, met[0], met, tried, RIVAL_GROWTH))
             met = _ordered(met + self._simplified(seen, met[0]))
             if self.skin.strain is not None:
@@ -281,7 +279,7 @@ class SkinReader(StripFrames):
     def _pressed(self, seen: Seen, phase: Array, met: list[Explanation]) -> list[Explanation]:
         """What contacts that cause about a phase explain, as few as do."""
         found = list[Explanation]()
-        explained = bool(met) and met[0].chance > FITS
+        explained = bool(met) and met[0].chance > FALSE_VERDICT
         best = met[0] if explained else None
         loads, misfit = self._search.pressed(phase - self._strained(best))
         if not loads[:, 0].sum() > 0 or (explained and misfit > MISFIT):
@@ -327,7 +325,7 @@ class SkinReader(StripFrames):
                 return replace(one, solved=False, folded=True)
             known = phase_information(skin.uncertain.frame, one.phase)
             before, missed = missed, float(known @ np.square(added - beyond))
-            most = square_limit(one.top.count, FITS) + one.top.loss - one.top.square
+            most = square_limit(one.top.count, FALSE_VERDICT) + one.top.loss - one.top.square
             if missed < 1 or one.top.loss > min(most, bound) + missed:
                 break
             # widths that are found too large and too small in turn come together half way

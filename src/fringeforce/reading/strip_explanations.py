@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.estimation.frame_climb import CONVERGED
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, posterior_weights
 from fringeforce.estimation.linearised_frame import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
-from fringeforce.estimation.residual_test import square_limit
+from fringeforce.estimation.residual_test import FALSE_VERDICT, GROUP, square_limit
+from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.posterior_search import BINS
-from fringeforce.reading.strip_frames import FITS, MISSED
+from fringeforce.reading.strip_frames import MISSED
 
 Array = NDArray[np.float64]
 
-SAME_SOLUTION = 0.3
-"""Unknowns that differ by less, in standard deviations root mean square, are of one solution."""
 FAINT_SHARE = 0.1
 """Share of the largest phase below which two phases are alike, where that is less than
 `SAME_PHASE`: the light of a faint touch hardly tells a phase from its mirror image, which is near.
@@ -27,10 +27,6 @@ FAINT_SHARE = 0.1
 MOST_TOLD = float(-2 * np.log(1e-4))
 """Most loss that earlier frames add to an explanation: one that they speak for is wrong once in ten
 thousand for reasons that no frame shows."""
-ALIKE_PIXELS = 16
-"""Pixels whose sums tell whether frames are alike: fringes are wider."""
-TRACED = 12
-"""Steps in which an explanation of the mean of frames must be reached from that of one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +128,7 @@ class Explanations:
 
     def explains(self, top: Top, chance: float) -> bool:
         """Whether an explanation leaves nothing but noise."""
-        if top.chance < FITS:
+        if top.chance < FALSE_VERDICT:
             return False
         return self.chance(top) > chance
 
@@ -188,7 +184,7 @@ def told_before(posterior: Posterior, tops: list[Top], earlier: Sequence[NDArray
         return told
     quiet = model._replace(variance=model.variance / len(frames))
     mean = replace(posterior, model=quiet, frame=frames.mean(axis=0), sound=None, shared=None)
-    met = [mean.climbed(top.unknowns, heats=(), steps=(0, TRACED)) for top in tops]
+    met = [mean.climbed(top.unknowns, heats=(), steps=(0, FOLLOWING_STEPS)) for top in tops]
     about, best = mean.linearised(met[0]), min(met, key=lambda top: top.loss)
     if mean.waves_chance(best, mean.linearised(best)) < MISSED:
         return told
@@ -202,11 +198,11 @@ def told_before(posterior: Posterior, tops: list[Top], earlier: Sequence[NDArray
 def alike(frames: Array, variance: float) -> bool:
     """Whether the first and the second half of some frames, shape (k, P), differ by noise alone.
 
-    By sums over some pixels, which noise changes less than motion does.
+    By sums over neighbouring pixels, which noise changes less than motion does.
     """
     half = len(frames) // 2
     change = frames[half:].mean(axis=0) - frames[:half].mean(axis=0)
-    starts = np.arange(0, len(change), ALIKE_PIXELS)
+    starts = np.arange(0, len(change), GROUP)
     number = np.add.reduceat(np.isfinite(change), starts)
     sums = np.add.reduceat(np.nan_to_num(change), starts)[number > 0]
     noise = variance * (1 / half + 1 / (len(frames) - half)) * number[number > 0]
@@ -214,9 +210,9 @@ def alike(frames: Array, variance: float) -> bool:
 
 
 def _same(top: Top, other: Top, about: Linearised) -> bool:
-    """Whether two tops are one solution, by the curvature of the loss about either."""
+    """Whether two tops are as near, in every unknown, as climbs end at one solution."""
     apart = top.unknowns - other.unknowns
-    return float(apart @ about.hessian @ apart) < SAME_SOLUTION**2 * len(apart)
+    return float(apart @ about.hessian @ apart) < CONVERGED * len(apart)
 
 
 def same_phase(phase: Array, other: Array) -> bool:

@@ -14,15 +14,14 @@ from fringeforce.estimation.followed_frames import AGEING, DONE, STALE
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.information_filter import InformationFilter
 from fringeforce.estimation.posterior import Posterior, Top
-from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT
+from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_VERDICT
 from fringeforce.reading.batch import Batch, Progress
-from fringeforce.reading.departure_test import Retests
+from fringeforce.reading.departure_test import HARMLESS, Retests
 from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.large_strain import StrainShift
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_reader import (
     FAINT_PHASE,
-    TOLERATED,
     Before,
     Located,
     StripFrameReader,
@@ -239,7 +238,7 @@ class StripFollower(Follower):
         about, spread = posterior.linearised(top), posterior.spread(top)
         if weak:
             still = self._begun is not None and self._begun.status is Status.NO_CONTACT
-            own.hold(about, spread, still, FALSE_CONTACT if still else FALSE_ALARM)
+            own.hold(about, spread, still, FALSE_VERDICT if still else FALSE_ALARM)
         else:
             own.begin(about, spread)
         self._filter, self._last = own, own.unknowns
@@ -304,7 +303,7 @@ class StripFollower(Follower):
             self._shift = self._single.strain_shift(self._posterior, own.unknowns)
             self._seen_with_it = 0
         loads = own.unknowns[: own.model.at.loads]
-        return self._shift is not None and self._shift.share(loads) > TOLERATED
+        return self._shift is not None and self._shift.share(loads) > HARMLESS
 
     def _explained(self, own: InformationFilter, levels: NDArray[Any], room: Followed) -> int:
         done = 0

@@ -22,8 +22,6 @@ from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.posterior_search import DENSE, Lines
 from fringeforce.reading.reading import Reading, Status
 
-FITS = 1e-5
-"""Chance of noise below which an explanation is refused: one in 100,000 is refused wrongly."""
 HOPELESS_LOSS = 4.0
 """Loss per pixel or bin after a round from which a climb without loads reaches no explanation."""
 MISSED = 0.02

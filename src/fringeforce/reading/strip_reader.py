@@ -26,18 +26,32 @@ from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases, mixtur
 from fringeforce.estimation.likelihood import NO_BIAS
 from fringeforce.estimation.linearised_frame import Linearised, linearise
 from fringeforce.estimation.phase_stretches import NOTHING, Hidden
-from fringeforce.estimation.posterior import HEATS, TEMPERED, Bins, Posterior, Top
-from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_CONTACT, square_limit
+from fringeforce.estimation.posterior import (
+    HEATS,
+    PRIOR_ROUNDS,
+    TEMPERED,
+    Bins,
+    Posterior,
+    Top,
+)
+from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_VERDICT, square_limit
 from fringeforce.models.creep import Creep
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
-from fringeforce.reading.contact_prior import FRICTION, contact_prior, push_of, slipping
+from fringeforce.reading.contact_prior import (
+    FRICTION,
+    SHEAR_RATIO,
+    contact_prior,
+    push_of,
+    slipping,
+)
 from fringeforce.reading.creep import CreepFilter
-from fringeforce.reading.departure_test import DepartureTest
-from fringeforce.reading.large_strain import HigherOrders, StrainShift
+from fringeforce.reading.departure_test import HARMLESS, DepartureTest
+from fringeforce.reading.frame_reader import FOLLOWING_STEPS
+from fringeforce.reading.large_strain import SOLUTIONS, HigherOrders, StrainShift
 from fringeforce.reading.posterior_search import (
     BINS,
     CANDIDATES,
-    SHEAR_RATIO,
+    FIRST_EFFORTS,
     Lines,
     PosteriorSearch,
 )
@@ -50,7 +64,6 @@ from fringeforce.reading.strip_explanations import (
     same_phase,
 )
 from fringeforce.reading.strip_frames import (
-    FITS,
     HOPELESS_LOSS,
     MISSED,
     StripFrames,
@@ -63,28 +76,18 @@ Mask = NDArray[np.bool_]
 NARROWER = 1.3
 """How far the push of a prior is beyond the loads that were found where it is drawn up anew: wider
 ones make forces uncertain that are small, and narrower ones hold them down."""
-NARROWED = 3
-"""Most times that it is: loads that the frame hardly tells shrink with their prior."""
-RETRIED = 2
-"""Attempts at loads that no dry contact exerts, where none that one exerts explain a frame."""
 IMAGES = 6
 """Mirror images that are tried in a round, to mend what does not fit or to find what rivals it."""
 IMAGE_ROUNDS = 3
 """Rounds of mirror images without a better explanation, each from the best one so far."""
-FOLLOWING_STEPS = 12
-"""Steps in which a followed frame must be reached; slow motion takes three."""
 FAINT_PHASE = 1.5
 """Phase that a frame must reach to be followed from one to the next [rad]."""
 WIDENED = 0.05
 """Share of a standard deviation within which stated ones hold."""
-TOLERATED = 0.5
-"""What the model leaves of large strain, over the deviations of forces by the noise, root mean
-square over them, up to which it is a part of the deviations, which grow by an eighth; beyond it the
-strip is solved anew."""
 TOLERATED_SOLVED = 0.1
-"""The same once it was solved, when the next solution leaves a tenth: half a percent."""
-SOLUTIONS = 8
-"""Most times that the strip is solved for one frame; three are usual at four newtons."""
+"""What the model leaves of large strain where it was solved, over the deviations of forces by the
+noise, root mean square over them, up to which it is not solved again, which leaves a tenth: half a
+percent.  Where it was not solved, what is `HARMLESS` is a part of the deviations."""
 MOST_LEFT = np.pi
 """Phase beyond the second order that is not corrected: the loads are of another fringe [rad]."""
 FOLDED = (
@@ -278,7 +281,7 @@ class StripFrameReader(StripFrames):
                 break
         if not self.beside and not (met.explained and self._dry(met)):
             any_loads = posterior.under(posterior.prior._replace(friction=-1.0))
-            other = self._explained(any_loads, lines, silent, RETRIED)
+            other = self._explained(any_loads, lines, silent, FIRST_EFFORTS)
             met = other if other.explained else met
         if not met.explained:
             return self._refused(posterior, lines), None
@@ -308,14 +311,14 @@ class StripFrameReader(StripFrames):
         before = node_phase(posterior.model, last)
         if np.abs(phase - before).max() > JUMP or self.faint(posterior, top):
             return None
-        if not self._tolerated(posterior, top.unknowns) or not met.explains(top, FITS):
+        if not self._tolerated(posterior, top.unknowns) or not met.explains(top, FALSE_VERDICT):
             return None
         if np.isfinite(self.mirrored.difference):
             met.keep(posterior.settled(top.unknowns, BINS))
             self._improved(met, met.rough[0], stop=False, within=within)
             met.settle()
         near = np.abs(posterior.phase(met.tops[0]) - before).max() <= JUMP
-        return met if near and met.explains(met.tops[0], FITS) else None
+        return met if near and met.explains(met.tops[0], FALSE_VERDICT) else None
 
     def _departing(self, posterior: Posterior, top: Top) -> str:
         """What a frame that loads explain shows of departures all the same.
@@ -391,7 +394,7 @@ class StripFrameReader(StripFrames):
     @cached_property
     def _least_contact(self) -> float:
         """How much better than no contact loads must explain a frame to be one."""
-        return square_limit(self.uncertain.frame.at.loads, FALSE_CONTACT)
+        return square_limit(self.uncertain.frame.at.loads, FALSE_VERDICT)
 
     def _nothing(self, silent: Top, best: Top) -> bool:
         return silent.loss - best.loss < self._least_contact
@@ -416,7 +419,7 @@ class StripFrameReader(StripFrames):
             return posterior
         loads = unknowns[: posterior.model.at.loads]
         left = self.higher_orders.left(loads, posterior.centre)
-        share = TOLERATED if posterior.centre is None else TOLERATED_SOLVED
+        share = HARMLESS if posterior.centre is None else TOLERATED_SOLVED
         if np.abs(left).max() > MOST_LEFT or self._tolerated(posterior, unknowns, share):
             return posterior
         try:
@@ -433,7 +436,7 @@ class StripFrameReader(StripFrames):
         about = Linearised(*linearise(posterior.model, posterior.prior, posterior.frame, unknowns))
         return self.higher_orders.shift(about, posterior.model, unknowns, posterior.centre)
 
-    def _tolerated(self, posterior: Posterior, unknowns: Array, share: float = TOLERATED) -> bool:
+    def _tolerated(self, posterior: Posterior, unknowns: Array, share: float = HARMLESS) -> bool:
         """Whether large strain moves an explanation's loads by less than a share of the noise."""
         shift = self.strain_shift(posterior, unknowns)
         return shift is None or shift.share(unknowns[: posterior.model.at.loads]) < share
@@ -445,7 +448,7 @@ class StripFrameReader(StripFrames):
         size of the loads is the expectation of their square (Dempster, Laird and Rubin, J. Roy.
         Stat. Soc. B 39, 1, 1977).
         """
-        for _ in range(NARROWED):
+        for _ in range(PRIOR_ROUNDS):  # loads that the frame hardly tells shrink with their prior
             posterior, top = met.posterior, met.tops[0]
             loads = slice(posterior.model.at.loads)
             square = np.square(top.unknowns[loads]) + np.square(met.near(top)[loads])
@@ -466,7 +469,7 @@ class StripFrameReader(StripFrames):
         done = self._searched(posterior, lines, met, tried, attempts)
         if silent is not None:
             met.add(silent)
-        if not done and not (met.tops and met.explains(met.tops[0], FITS)):
+        if not done and not (met.tops and met.explains(met.tops[0], FALSE_VERDICT)):
             return met
         met.explained = True
         if met.rough:
@@ -615,7 +618,7 @@ class StripFrameReader(StripFrames):
         detail, shift = "", self.strain_shift(posterior, best.top.unknowns)
         if shift is not None:
             covariance = covariance + shift.covariance(best.top.unknowns[:count])
-            detail = "" if shift.share(best.top.unknowns[:count]) < TOLERATED else FOLDED
+            detail = "" if shift.share(best.top.unknowns[:count]) < HARMLESS else FOLDED
         others = [
             one.top.unknowns[:count]
             for one, is_same in zip(weighed, same, strict=True)

@@ -17,7 +17,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.levenberg_marquardt import Curvature
+from fringeforce.estimation.levenberg_marquardt import MOST_STEPS, Curvature
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad_departures import PadDeparture, departing, pad_departures
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
@@ -25,6 +25,7 @@ from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.reading.findings import (
     FOLLOWED,
     HOPELESS,
+    MOST_NAMED,
     PARTLY,
     RIVAL,
     UNEXPLAINED,
@@ -33,7 +34,7 @@ from fringeforce.reading.findings import (
     together,
 )
 from fringeforce.reading.pads.departure_test import begun
-from fringeforce.reading.pads.fit import Fit, Optimum
+from fringeforce.reading.pads.fit import FIRST_STEPS, Fit, Optimum
 from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, for_covariance, for_steps
 from fringeforce.reading.pads.single_frame import PadFrameReader
@@ -53,14 +54,8 @@ TOGETHER = (
     RESIDUAL,
 )
 """Departures that the reading from which others start allows for at once."""
-FIRST_STEPS = 2
-"""Steps after which departures are compared."""
-MOST_STEPS = 20
-"""Steps of a departure that is followed to its best, at most."""
 UNSEEN = PLACEMENT, SIZE
 """Departures of which a skin shows nothing."""
-MOST_NAMED = 3
-"""Departures that are named together at most."""
 
 
 class AnyOptimum(Protocol):

@@ -17,7 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.covariance import marginal_information
-from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
+from fringeforce.estimation.levenberg_marquardt import (
+    MOST_STEPS,
+    Curvature,
+    Expansion,
+    Stop,
+    minimise,
+)
 from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import PadUncertainty
@@ -44,8 +50,8 @@ SETTLED = 0.2
 to."""
 HOPELESS = 2.0
 """Loss over that of noise above which a climb must halve it for another to be worth it."""
-SILENT_STEPS = 10
-"""Steps in which the unknowns of a frame without forces are found."""
+FIRST_STEPS = 2
+"""Steps of a climb that gain most of what it can."""
 RIDGE, MASKED = 1e-9, 1e-6
 """Shares of the mean information that keep steps finite where a load leaves no trace, and where a
 mask may hide it, beyond what sums in single precision leave."""
@@ -236,7 +242,7 @@ class Fit:
         return self._scale(place) * across, self._scale(place) * own
 
     def climb(
-        self, start: Array | Start, steps: int = 20, curvature: Curvature | None = None
+        self, start: Array | Start, steps: int = MOST_STEPS, curvature: Curvature | None = None
     ) -> Optimum:
         """Climb from forces that are nearly right.
 
@@ -312,9 +318,7 @@ class Fit:
         start = here, self.misfit(here)
         if not len(here.extra):
             return start[1].loss
-        found = minimise(
-            start, expanded, SILENT_STEPS, Stop(NEGLIGIBLE_GAIN, LAST_GAIN), damping=0.0
-        )
+        found = minimise(start, expanded, MOST_STEPS, Stop(NEGLIGIBLE_GAIN, LAST_GAIN), damping=0.0)
         return found.place[1].loss - found.gain
 
     def _expanded(self, here: tuple[Place, Misfit]) -> Expansion[tuple[Place, Misfit]]:

@@ -15,6 +15,7 @@ from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_departures import PadDeparture
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
+from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SquaresDepartureTest
 from fringeforce.reading.pads.fit import Fit, Optimum
@@ -143,7 +144,7 @@ class PadFrameReader(PadFrames):
                 # tractions are spread as forces of the last frame let expect
                 fit = replace(fit, reference=start.forces)
                 start = fit.at(start.forces, start.extra)
-            optimum = fit.climb(start, 6, known.curvature)
+            optimum = fit.climb(start, FOLLOWING_STEPS, known.curvature)
             if classifier.explained(optimum):
                 count, none = len(optimum.forces), np.empty((0, len(optimum.forces)))
                 matrix = optimum.curvature.information

@@ -13,14 +13,21 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.estimation.covariance import covariance_of
 from fringeforce.estimation.hypotheses import posterior_weights
-from fringeforce.estimation.levenberg_marquardt import Curvature
-from fringeforce.estimation.residual_test import FALSE_CONTACT, PLAIN, square_limit
+from fringeforce.estimation.levenberg_marquardt import MOST_STEPS, Curvature
+from fringeforce.estimation.residual_test import (
+    FALSE_VERDICT,
+    NEARLY_EXPLAINED,
+    PLAIN,
+    square_limit,
+)
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
+from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SkinDepartureTest
+from fringeforce.reading.pads.fit import FIRST_STEPS
 from fringeforce.reading.pads.light import Prior
 from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
 from fringeforce.reading.pads.search import Search
@@ -45,17 +52,9 @@ NEARER = 4
 """Steps with each."""
 SMALLER = 0.0, 0.4, 0.8
 """By which the logarithm of the sizes of contacts is lessened until what is far is explained."""
-EXPLAINED_SQUARE = 1.2
-"""Mean square of what is left there, below which it is: shapes do not show far away."""
-MOST_STEPS = 25
-"""Steps of a climb at most."""
-TOLERANCE_STEPS = 2
-"""Steps without contacts after which tolerances explain most of what they can."""
 VAIN = 2
 """Divisions in a row that gain no more than noise makes, after which no more are tried: one alone
 may end beside the contacts, as of a long edge."""
-FOLLOWING_STEPS = 6
-"""Steps of a climb from the last frame at most."""
 SAME_TOTAL = 5.0
 """Standard deviations of total force and centre up to which two explanations are one."""
 
@@ -235,7 +234,7 @@ class PadSkinReader(PadFrames):
         if self.uncertain is None:
             return fit.at(none)
         free = none.astype(bool)
-        found = fit.climb(none, free, TOLERANCE_STEPS)
+        found = fit.climb(none, free, FIRST_STEPS)
         if found.loss < PROMISING_SQUARE * len(fit.frame):
             found = fit.climb(fit.at(none, found.extra), free, MOST_STEPS)
         return fit.at(none, found.extra)
@@ -379,7 +378,7 @@ class PadSkinReader(PadFrames):
             start = contacts.copy()
             start[:, SHAPE] -= smaller
             tried.append(self._below(fit, fit.at(fit.limited(start)), free, LIMITS[0]))
-            if tried[-1][1] < EXPLAINED_SQUARE:
+            if tried[-1][1] < NEARLY_EXPLAINED:
                 break
         return min(tried, key=lambda one: one[1])
 
@@ -537,8 +536,8 @@ def _kept(here: SkinOptimum, change: Array, earlier: Array | None) -> float:
 
 
 def _noise_makes(free: Mask) -> float:
-    """What contacts that noise alone makes gain of the loss at most, as of `FALSE_CONTACT`."""
-    return square_limit(float(free.sum()), FALSE_CONTACT)
+    """What contacts that noise alone makes gain of the loss at most, as of `FALSE_VERDICT`."""
+    return square_limit(float(free.sum()), FALSE_VERDICT)
 
 
 class PadSkinFollower(PadFramesFollower):

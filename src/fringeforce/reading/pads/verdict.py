@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from math import isqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.estimation.hypotheses import CONFIDENCE
 from fringeforce.estimation.likelihood import Response, misfit
 from fringeforce.estimation.residual_test import (
     FALSE_ALARM,
-    FALSE_CONTACT,
+    FALSE_VERDICT,
     GROUP,
     is_noise,
     reduced_chi_square,
@@ -28,7 +30,7 @@ from fringeforce.reading.reading import Reading, Status
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-BLOCK_SIDE = 4
+BLOCK_SIDE = isqrt(GROUP)
 """Side of the squares of pixels whose residuals are summed to find a misfit that noise hides."""
 HALF = 0.5
 """Probability of an explanation where too little shows to rule out others: even odds."""
@@ -59,7 +61,7 @@ class FrameClassifier:
     model: PadModel
     response: Response
     used: Mask | None = None
-    confidence: float = 0.999
+    confidence: float = CONFIDENCE
 
     def explained(self, optimum: Optimum) -> bool:
         """Whether forces leave nothing but noise."""
@@ -106,7 +108,7 @@ class FrameClassifier:
         status, unknowns, detail = Status.OK, len(optimum.forces), ""
         probability = verdict.probability * (HALF if doubt else 1.0)
         others = verdict.others
-        if silence - optimum.misfit.loss <= square_limit(unknowns, FALSE_CONTACT):
+        if silence - optimum.misfit.loss <= square_limit(unknowns, FALSE_VERDICT):
             status = Status.NO_CONTACT
         elif probability < self.confidence:
             status = Status.AMBIGUOUS
