@@ -14,7 +14,6 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_slices import block_of, profile_waves, slice_retardance
 from fringeforce.models.pad_traction_influence import TractionInfluence
 from fringeforce.models.pad_traction_modes import (
-    DIGITS,
     MOST_FUNCTIONS,
     TractionMode,
     traction_modes,
@@ -80,7 +79,7 @@ def test_light_of_a_function_is_the_sum_of_the_points_in_it(
     nodes = 1e-3 * np.stack(np.meshgrid(points, points, indexing="ij"), axis=-1).reshape(-1, 2)
     share = np.outer(weights * points ** odd[0], weights * points ** odd[1]).ravel() / 4
     depths = block_of(pad).depths(len(base.profile))[1]
-    waves = profile_waves(pad, base.profile, depths, DIGITS)[:2]
+    waves = profile_waves(pad, base.profile, depths)[:2]
     along, across = (
         (np.sin if n else np.cos)(np.outer(wave, place))
         for n, wave, place in zip(odd, waves, nodes.T, strict=True)

@@ -52,6 +52,8 @@ CHANGED = 0.1
 """Relative change of a size below which it is found."""
 FEWEST_ASIDE, REFITS = 4, 3
 """Frames to put aside at least, for fewer tell nothing of a share, and rounds with them."""
+STILL = 1e-3
+"""Size of what does not scatter."""
 UNSTATED = 300.0
 """Times the usual error of forces that stands for forces nobody states."""
 LOST = 0.05

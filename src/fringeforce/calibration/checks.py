@@ -28,6 +28,8 @@ HEAVIEST, LIGHTEST = 500.0, 1e-4
 """Loads per tactel that no bench means to apply in newtons [N]."""
 NEIGHBOURS = 51
 """Pixels whose median misfit tells what is usual around a pixel."""
+MARGIN = 2
+"""Pixels at either end of a strip that may see beside it, by the blur of the lens."""
 MOST_STUCK = 0.5
 """Share of stuck pixels from which those of the majority are no faults but the camera's own way."""
 
@@ -207,6 +209,12 @@ def remarks(levels: Array, loads: BenchLoads, sensor: Sensor) -> list[str]:
     if full := _rows((levels >= camera.full_scale).mean(axis=1) > SATURATION):
         found.append(f"Frames {full} are saturated and say little; shorten the exposure.")
     return found
+
+
+def see_strip(sensor: Sensor, positions: Array) -> Mask:
+    """Pixels at these places [m], shape (P,), that see nothing beside the strip."""
+    half = sensor.transducer.length * (1 / 2 - MARGIN / len(positions))
+    return np.asarray(np.abs(positions) < half)
 
 
 def misfitting_pixels(residuals: Array) -> Mask:

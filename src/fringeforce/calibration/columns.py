@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, CubicSpline
 
 from fringeforce.base.arrays import Array
+from fringeforce.calibration.contact_phase import places_along
 from fringeforce.models.strip import SensorModel
 
 DEGREE = 3
@@ -23,8 +24,6 @@ PER_DEPTH = 4
 """Splines per thickness of the strip."""
 NEGLIGIBLE = 1e-2
 """Share of the largest variance of a function below which it is left out: a tenth in deviation."""
-GRID = 2001
-"""Places along the strip between which columns are interpolated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +50,8 @@ class Columns:
         transducer = model.sensor.transducer
         half = transducer.length / 2
         depth = transducer.compliant.thickness + transducer.photoelastic.thickness
-        grid = np.linspace(-half, half, GRID)
-        columns = CubicSpline(grid, model.influence(grid).reshape(GRID, -1))
+        grid = places_along(transducer)
+        columns = CubicSpline(grid, model.influence(grid).reshape(len(grid), -1))
         heights, slopes = columns(grid), columns(grid, 1)
         slopes *= np.sqrt((heights**2).sum(axis=0) / (slopes**2).sum(axis=0))
         parts = CubicSpline(grid, np.stack([heights, slopes], axis=1))

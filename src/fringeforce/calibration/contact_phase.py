@@ -267,7 +267,7 @@ def contact_phases(
         About another design.
     """
     assert POSITIONS not in paths
-    half, grid = sensor.transducer.length / 2, _grid(sensor.transducer)
+    half, grid = sensor.transducer.length / 2, places_along(sensor.transducer)
     farthest = min(float(np.abs(places).max()) + size.reach, half)
     effect = np.array([path in EFFECTS for path in paths], dtype=bool)
     stiff = tuple(path for path in paths if path not in EFFECTS)
@@ -341,7 +341,7 @@ def _slopes(count: int) -> Array:
     return np.asarray(CubicSpline(whole, np.eye(count))(whole, 1))
 
 
-def _grid(drawn: Transducer) -> Array:
+def places_along(drawn: Transducer) -> Array:
     """Places between which influence is a spline [m]."""
     half, cover = drawn.length / 2, drawn.compliant.thickness
     return np.linspace(-half, half, int(np.ceil(2 * half / cover * PER_COVER)) + 1)
@@ -353,7 +353,7 @@ def _surface(
 ) -> SurfaceInfluence:
     """What loads on a varied strip do, as far from its middle as contacts lie [m]."""
     line = light_line(made, camera, drawn, mesh)
-    return surface_influence(made, -farthest, farthest, _grid(drawn), line)
+    return surface_influence(made, -farthest, farthest, places_along(drawn), line)
 
 
 def distinct(places: Array, step: float) -> tuple[Array, Index, Array]:

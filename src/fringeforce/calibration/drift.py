@@ -17,8 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.arrays import Array, Mask, numbers
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
+from fringeforce.calibration.bench_search import SETTLED
+from fringeforce.calibration.checks import see_strip
 from fringeforce.calibration.crosstalk import allowed_shares
-from fringeforce.calibration.drift_report import EXPLAINED, FORCES, Drift, Told, missed
+from fringeforce.calibration.drift_report import EXPLAINED, FORCES, ROUNDS, Drift, Told, missed
 from fringeforce.calibration.pads.drift import updated_pad
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.light import light_of_channels, pairs_of_channels
@@ -35,15 +37,9 @@ from fringeforce.reading.strip_reader import StripFrameReader
 
 CAMERA = "camera.shift", "camera.scale"
 UNEVEN = "camera.unevenness"
-ROUNDS = 12
-"""Most times that the model is moved to what the frames say of it."""
 WORSE = 1.0
 """Rise of the loss, in squared deviations, above what climbs of frames leave, from which a move was
 too long."""
-SETTLED = 0.1
-"""Length of a move, in standard deviations of all unknowns together, below which it is the last."""
-MARGIN = 2
-"""Pixels at the strip's ends that are left out, as by calibrations."""
 STRENGTHS = np.linspace(-3, 3, 25)
 """Strengths of the effect that are tried for a frame of known loads, in standard deviations."""
 ATTEMPTS = 8
@@ -388,12 +384,11 @@ class _Rows(NamedTuple):
             more = np.stack([np.interp(model.x, at, column) for column in flat], axis=1)
             psi = psi + more.reshape(psi.shape)
         positions = imaging.positions * (1 + scale) + shift
-        strip, pixels = model.sensor.transducer.length, len(positions)
-        inside = np.abs(positions) < strip * (1 / 2 - MARGIN / pixels)
+        inside = see_strip(model.sensor, positions)
         seen = replace(
             imaging,
             positions=positions,
-            usable=imaging.usable & np.tile(inside, len(imaging.usable) // pixels),
+            usable=imaging.usable & np.tile(inside, len(imaging.usable) // len(inside)),
             amplitude=imaging.amplitude * (1 + shared @ self.brightness),
             offset=imaging.offset + shared @ self.darkness,
             residual=residual + shared @ self.fields,

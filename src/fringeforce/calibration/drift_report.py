@@ -18,6 +18,8 @@ FORCES = (
 )
 EXPLAINED = 0.9
 """Share of the frames that must be explained for the model to be used."""
+ROUNDS = 12
+"""Most times that a model is moved to what the frames say of it."""
 TOLD = 0.9
 """Standard deviation over that before any frame, above which frames told nothing."""
 

@@ -11,6 +11,7 @@ from fringeforce.base.arrays import Array, Index
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import GROUPS, SCALE, SHIFT
 from fringeforce.calibration.bench_record import bench_record
+from fringeforce.calibration.checks import see_strip
 from fringeforce.calibration.crosstalk import allowed_shares
 from fringeforce.calibration.design_entries import POSITIONS, entries, names, units, values, varied
 from fringeforce.calibration.design_jacobian import design_jacobian
@@ -237,9 +238,7 @@ def _imaging(fit: BenchFit, root: Array) -> Imaging:
     bench, shared = fit.posterior.bench, fit.state.shared
     sensor, at, template = fit.sensor, bench.at, bench.template
     positions = bench.positions(shared, sensor.pixel_positions)
-    margin = 2 * sensor.transducer.length / sensor.camera.pixels
-    seen = np.abs(positions) < sensor.transducer.length / 2 - margin
-    seen = np.tile(seen, len(template.bias))
+    seen = np.tile(see_strip(sensor, positions), len(template.bias))
     entries_at = _entry_order(fit)
     design = shared[entries_at]
     jacobian = design_jacobian(sensor, fit.paths, design)

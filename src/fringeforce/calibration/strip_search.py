@@ -31,9 +31,11 @@ from fringeforce.calibration.bench_search import (
     NEAR_DESIGN,
     SETTLED,
     STAGES,
+    STILL,
     BenchSearch,
     inverse,
 )
+from fringeforce.calibration.checks import see_strip
 from fringeforce.calibration.columns import Columns
 from fringeforce.calibration.contact_phase import contact_phases, distinct
 from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior, varied
@@ -51,8 +53,6 @@ SHIFTS = np.arange(-2.0, 2.1, 0.25)
 """Shifts of the camera that are tried first [mm]."""
 ENTRY_STEP = 0.1, 0.03
 """Steps of an entry to both sides of the first design and of later ones."""
-STILL = 1e-3
-"""Size of what does not scatter."""
 STEADY = 0.05
 """Root-mean-square change of a pattern, in its own deviations, below which it stays."""
 SMOOTH_DARK = 5
@@ -198,10 +198,7 @@ class StripSearch(BenchSearch):
         """Leave out pixels that do not see the strip, or do not follow the light."""
         sensor, shared = self.sensor, self.state.shared
         positions = self.bench.positions(shared, sensor.pixel_positions)
-        margin = 2 * sensor.transducer.length / sensor.camera.pixels
-        self.seen = np.tile(
-            np.abs(positions) < sensor.transducer.length / 2 - margin, self.channels
-        )
+        self.seen = np.tile(see_strip(sensor, positions), self.channels)
         frames = np.where(self.sound & self.seen, self.levels, np.nan)
         self.bench = replace(self.bench, frames=frames)
 

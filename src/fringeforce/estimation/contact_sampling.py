@@ -33,6 +33,7 @@ from fringeforce.estimation.frame_exposure import dot, patch_moments
 from fringeforce.estimation.frame_information import fill_combinations, fill_dots, fill_products
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import (
+    LEAST_PROFILE,
     FrameModel,
 )
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS
@@ -42,8 +43,6 @@ Array = NDArray[np.float64]
 
 TYPICAL = 0.35
 """Size of a place or half width in units of the reach at which moments count by their power."""
-LEAST_PROFILE = 1e-5
-"""Share of the largest singular value at which profiles of influence are left out."""
 FAINTEST = 1.0
 """Information about a coordinate of the phase, over that before the frame, below which it is left
 out."""

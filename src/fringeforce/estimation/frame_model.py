@@ -28,6 +28,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+LEAST_PROFILE = 1e-4
+"""Share of the largest singular value, of what likely contacts do to the phase, at which profiles
+and mixtures of moments are left out."""
+
 
 class Layout(NamedTuple):
     """Where the unknowns stand: loads first, then those that follow; `size` is their number.

@@ -34,13 +34,11 @@ from fringeforce.estimation.frame_loss import (
     prior_loss,
     weighed_squares,
 )
-from fringeforce.estimation.frame_model import FrameModel, Layout
+from fringeforce.estimation.frame_model import LEAST_PROFILE, FrameModel, Layout
 from fringeforce.estimation.linearised_frame import empty_linearised, fill_linearised
 
 Array = NDArray[np.float64]
 
-LEAST_PROFILE = 1e-4
-"""Share of the largest singular value at which profiles of influence are left out."""
 LIKELY_STDS = 2.5
 """Standard deviations within which places and widths are likely."""
 LEAST_GROWTH = 0.03

@@ -24,14 +24,11 @@ from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.models import splines
 from fringeforce.models.pad_influence import PadInfluence
-from fringeforce.models.pad_slices import profile_waves
+from fringeforce.models.pad_slices import DIGITS, profile_waves
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
-DIGITS = 5.0
-"""The series ends where the cover has damped its harmonics by ten to this power: the retardance of
-a contact is then right to single precision's ten times rounding."""
 NARROWEST = 1e-2
 """Smallest width of a contact over the cover's thickness: narrower ones look the same."""
 SMALL_ARGUMENT = 1e-6

@@ -20,12 +20,8 @@ from fringeforce.mechanics.solid.block import Block, Patches
 from fringeforce.mechanics.solid.fourier import load_harmonics, tractions_of
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_departures import PadDeparture
-from fringeforce.models.pad_slices import block_of, profile_waves
+from fringeforce.models.pad_slices import DIGITS, block_of, profile_waves
 from fringeforce.models.pad_synthesis import Synthesis
-
-DIGITS = 4.0
-"""The series ends where the cover has damped its harmonics by ten to this power: what is left out
-is a ten-thousandth of what is itself a few percent of the retardance."""
 
 
 @dataclass(frozen=True, eq=False)

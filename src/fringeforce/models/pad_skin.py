@@ -33,7 +33,7 @@ from fringeforce.base.arrays import Array, Mask, Single
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.fourier import retardance_waves
 from fringeforce.models.as_built import RESIDUAL
-from fringeforce.models.pad_slices import block_of
+from fringeforce.models.pad_slices import DIGITS, block_of
 from fringeforce.models.pad_spectra import DEGREES, add_loads, fill_terms, pull, radial_table
 from fringeforce.models.pad_synthesis import Harmonics, Synthesis
 from fringeforce.optics.photoelasticity import stress_optic_constant
@@ -55,8 +55,6 @@ LONG = 0.7
 """Standard deviation of s and u: ellipses are up to 16 times as long as wide at two of them."""
 FORCE = 20.0
 """Standard deviation of the force of a contact [N]."""
-DIGITS = 4.0
-"""The series ends where the cover has damped its harmonics by ten to this power."""
 SLICES, PROFILE_SHARE = 32, 3e-3
 """Depths of the layer, of which twice as many change a frame of 8 bits by less than a tenth of a
 grey level, and the share of the stresses that depth profiles may leave out beside their mean over

@@ -10,6 +10,10 @@ from fringeforce.mechanics.solid.block import Block, Patches
 from fringeforce.mechanics.solid.fourier import retardance_waves, stress_of_loads
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
+DIGITS = 4.0
+"""The series ends where the cover has damped its harmonics by ten to this power: what is left out
+of a retardance is less than a hundredth of a grey level of 8 bits."""
+
 
 def block_of(pad: Pad) -> Block:
     """The block of a pad, as mechanics wants it."""
@@ -52,7 +56,7 @@ def slice_retardance(
 
 
 def profile_waves(
-    pad: Pad, profile: Array, weights: Array, digits: float
+    pad: Pad, profile: Array, weights: Array, digits: float = DIGITS
 ) -> tuple[Array, Array, Array]:
     """Retardance of depth profiles per harmonic of tractions, by the exact series.
 

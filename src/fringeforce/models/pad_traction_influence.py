@@ -18,7 +18,7 @@ from fringeforce.mechanics.solid.fourier import load_harmonics
 from fringeforce.models import splines
 from fringeforce.models.pad_influence import PadInfluence
 from fringeforce.models.pad_slices import block_of, profile_waves
-from fringeforce.models.pad_traction_modes import DIGITS, TractionMode
+from fringeforce.models.pad_traction_modes import TractionMode
 
 Trig = tuple[Single, Single]
 
@@ -45,7 +45,7 @@ class TractionInfluence:
     def _series(self) -> tuple[Array, Array, Single]:
         """Wave numbers, shape (m,) and (n,), and waves, shape (2, modes, 3, m, n) [rad/Pa]."""
         weights = block_of(self.pad).depths(len(self.base.profile))[1]
-        alpha, beta, waves = profile_waves(self.pad, self.base.profile, weights, DIGITS)
+        alpha, beta, waves = profile_waves(self.pad, self.base.profile, weights)
         return alpha, beta, waves.astype(np.float32)
 
     @cached_property

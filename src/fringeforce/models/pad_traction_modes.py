@@ -42,9 +42,6 @@ PLACES, SIDES = 7, 3
 another one."""
 WHOLE = 4
 """Sides of a square along a pad whose harmonics say all of the light of one tactel."""
-DIGITS = 4.0
-"""Harmonics of what differs count up to where the cover has damped them by ten to this power: less
-than a hundredth of a grey level of 8 bits."""
 SHEAR = 0.5
 """Shear over the push whose light counts as well, the largest that the search expects."""
 UNSEEN = 1.0
@@ -178,7 +175,7 @@ def _light(pad: Pad, profile: Array) -> tuple[Array, Array, Array]:
     times the sine of one of the two parts of the retardance.
     """
     weights = block_of(pad).depths(len(profile))[1]
-    alpha, beta, waves = profile_waves(pad, profile, weights, DIGITS)
+    alpha, beta, waves = profile_waves(pad, profile, weights)
     whole = np.einsum("fkcmn,k->cfmn", waves, 2 * profile.sum(axis=0))
     squares = np.square(whole).sum(axis=1)
     light = squares[0] + SHEAR**2 * (squares[1] + squares[2]) / 2

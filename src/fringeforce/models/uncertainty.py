@@ -22,6 +22,7 @@ from fringeforce.design.light import CHANNELS, CROSSTALK, Polariscope, pairs_of_
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.estimation.frame_model import (
+    LEAST_PROFILE,
     FrameModel,
     Layout,
     moment_table,
@@ -57,10 +58,8 @@ SPLINE_SAMPLES, FIELD_SAMPLES = 8, 2
 MOMENTS = 14
 """Moments of a contact: polynomials in its place follow a line load to 2e-3 of its peak at the
 farthest place and a patch of 0.4 mm to 1e-4."""
-NEGLIGIBLE_MIXTURE = 1e-4
-"""Share of the phase, over all likely contacts, below which a mixture of moments is left out."""
 FOLLOWED_STDS = 3.5
-"""Standard deviations of place and width up to which contacts are followed."""
+"""Standard deviations of place, width and light up to which frames are followed."""
 SMALLEST = 5e-4
 """Variance of a mode of a random field, relative to the largest, below which it is left out."""
 NARROW = 0.125
@@ -79,8 +78,6 @@ RATIO = "relaxation of one layer"
 """Name of the mode of layers that relax unlike."""
 DRIFTS = ("camera.drift", "offset drift", RATIO)
 """Names of the modes that are new in every frame."""
-CLIPPING_STDS = 4.0
-"""Standard deviations of the light at which pixels are looked at for clipping."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,7 +251,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     at = Layout(loads, *begins[1:])
     bright = max(float(np.linalg.norm([_size(m.brightness) for m in modes])), 0.0) if modes else 0.0
     reach_noise = camera.noise * (1 if camera.noise_model == "uniform" else 4)
-    brightest = float(np.max(offset + amplitude)) * (1 + CLIPPING_STDS * bright) + reach_noise
+    brightest = float(np.max(offset + amplitude)) * (1 + FOLLOWED_STDS * bright) + reach_noise
     darkest = float(np.min(offset)) - reach_noise
     width = float(sensor.tactels.contact_width)
     places, widths = std.get(PLACEMENT, 0.0), std.get(WIDTH, 0.0)
@@ -513,7 +510,7 @@ def mixtures(
     """Mixtures of moments that are all that likely contacts need, and moments from them.
 
     Principal components of the phase of a unit force over places and widths of contacts; what is
-    left out is below `NEGLIGIBLE_MIXTURE` of it.
+    left out is below `LEAST_PROFILE` of it.
 
     Returns
     -------
@@ -535,7 +532,7 @@ def mixtures(
     values, vectors = np.linalg.eigh(gram)
     root = (vectors * np.sqrt(np.maximum(values, 1e-12 * values[-1]))).T * size
     _, share, rows = np.linalg.svd(means @ root.T, full_matrices=False)
-    kept = rows[share > NEGLIGIBLE_MIXTURE * share[0]]
+    kept = rows[share > LEAST_PROFILE * share[0]]
     return np.ascontiguousarray(kept @ root), np.linalg.solve(root, kept.T)
 
 

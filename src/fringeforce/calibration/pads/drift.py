@@ -14,9 +14,9 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.calibration.bench_search import inverse
-from fringeforce.calibration.drift_report import EXPLAINED, FORCES, Drift, Told, missed
+from fringeforce.calibration.drift_report import EXPLAINED, FORCES, ROUNDS, Drift, Told, missed
 from fringeforce.calibration.pads.calibrated import known_pad, stated_value
-from fringeforce.calibration.pads.drift_bench import STEPS, DriftBench, SkinBench, TactelBench
+from fringeforce.calibration.pads.drift_bench import DriftBench, SkinBench, TactelBench
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel, characterize_pad
@@ -55,7 +55,7 @@ def updated_pad(
     anywhere = model.sensor.skin is not None and known is None
     kind = SkinBench if anywhere else TactelBench
     bench = kind(loosened, levels, known)
-    total = len(levels) + STEPS
+    total = len(levels) + ROUNDS
     frames = []
     for number in range(len(levels)):
         report(f"Finding what drifted in {len(levels)} frames", number, total)

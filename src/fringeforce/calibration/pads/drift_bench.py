@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
+from fringeforce.calibration.drift_report import ROUNDS
 from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit
 from fringeforce.estimation.residual_test import square_limit
@@ -32,8 +33,6 @@ from fringeforce.reading.pads.single_frame import Earlier, PadFrameReader
 from fringeforce.reading.pads.skin_reader import PadSkinReader
 from fringeforce.reading.reading import Reading
 
-STEPS = 12
-"""Most steps towards what the frames say together."""
 CLOSE, NEAR = 0.1, 1.0
 """Falls of the loss, in squared deviations of all unknowns together, that a step promises below
 which it need not be evaluated, and below which it is the last."""
@@ -229,7 +228,7 @@ class DriftBench(ABC):
 
         own = [frame.start[frame.mine] for frame in frames]
         first = at(mean if start is None else start, own)
-        reached = minimise(first, expand, STEPS, Stop(close=CLOSE, near=NEAR), damping=0.0).place
+        reached = minimise(first, expand, ROUNDS, Stop(close=CLOSE, near=NEAR), damping=0.0).place
         squares = np.array([left.slope @ left.slope for _, left in reached.places])
         return reached, told(reached)[2], kept & (squares <= square_limit(int(self.used.sum())))
 

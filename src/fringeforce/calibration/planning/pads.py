@@ -15,7 +15,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels
-from fringeforce.calibration.bench_search import UNSTATED
+from fringeforce.calibration.bench_search import STILL, UNSTATED
 from fringeforce.calibration.calibrate import usual_parameters
 from fringeforce.calibration.design_entries import checked_paths
 from fringeforce.calibration.pads.bench_uncertainty import is_layer
@@ -39,8 +39,6 @@ TOGETHER = 3
 """Tactels that a typical load of a pad touches."""
 BATCH = 16
 """Frames that are predicted at a time: some megabytes each."""
-STILL = 1e-3
-"""Size of what does not scatter."""
 
 
 @dataclass(frozen=True, eq=False)
