@@ -37,9 +37,6 @@ from fringeforce.reading.strip_reader import StripFrameReader
 
 CAMERA = "camera.shift", "camera.scale"
 UNEVEN = "camera.unevenness"
-WORSE = 1.0
-"""Rise of the loss, in squared deviations, above what climbs of frames leave, from which a move was
-too long."""
 STRENGTHS = np.linspace(-3, 3, 25)
 """Strengths of the effect that are tried for a frame of known loads, in standard deviations."""
 ATTEMPTS = 8
@@ -461,7 +458,8 @@ class _State:
             slope += about.gradient[rows.where] - response.T @ about.gradient[own]
             slope -= (told + unity) @ top.unknowns[rows.where]
         lowest, best = self.best
-        if self.loss > lowest + WORSE:
+        # by more than climbs of frames leave: one squared deviation
+        if self.loss > lowest + 1:
             self.shared = (self.shared + best) / 2
             return False
         if self.near:

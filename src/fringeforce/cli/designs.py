@@ -65,7 +65,6 @@ def characterize(
     """
     from fringeforce.contacts.loads import paper_load
     from fringeforce.design.files import load_sensor, load_strip
-    from fringeforce.design.pad import Pad
     from fringeforce.io.vtu import write_strip_vtu
     from fringeforce.models.characterization import characterize
     from fringeforce.models.plane_check import plane_check
@@ -75,7 +74,7 @@ def characterize(
     with progress_bar() as advance:
         model = characterize(sensor, mesh, advance)
         plane = None
-        if not isinstance(sensor, Pad) and sensor.transducer.solved_in_a_plane:
+        if sensor.transducer.solved_in_a_plane:
             plane = plane_check(sensor, advance)
         if vtu is not None:
             strip = load_strip(design)
@@ -93,14 +92,13 @@ def show(
 
     Behind each number that has a limit stands whether it is good, and the limit.
     """
-    from fringeforce.models.pad import PadModel
     from fringeforce.models.plane_check import plane_check
     from fringeforce.studies.summary import summary
 
     found = model_of(model)
     with compiling():
         facts = summary(found)
-    if not isinstance(found, PadModel) and found.sensor.transducer.solved_in_a_plane:
+    if found.sensor.transducer.solved_in_a_plane:
         facts.append(("plane", plane_check(found.sensor).words))
     width = max(len(name) for name, _ in facts)
     print(found.sensor.name)

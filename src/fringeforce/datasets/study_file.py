@@ -111,7 +111,7 @@ def load_dataset_study(path: str | os.PathLike[str]) -> tuple[DatasetStudy, Pad 
     if not study.split.train + study.split.validation + study.split.test > 0:
         raise InputError(f"{place}: the shares of split sum up to nothing; raise one of them.")
     sensor: Pad | Sensor = load_sensor(design_of(study.design, place))
-    if isinstance(sensor, Sensor) and sensor.skin is None:
+    if sensor.dimensions == 1 and sensor.skin is None:
         raise DesignError(
             f"{study.design!r} is a strip with tactels, and data sets are of planar pads and of "
             f"skins; take {', '.join(map(repr, shipped_pads()))}, 'skin', or a design with  kind = "

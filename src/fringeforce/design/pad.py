@@ -59,6 +59,11 @@ class PadTransducer(Part):
     compliant: Layer
     photoelastic: PhotoelasticLayer
 
+    @property
+    def solved_in_a_plane(self) -> bool:
+        """Whether a plane model of the block can be solved for contacts anywhere: it has none."""
+        return False
+
     @model_validator(mode="after")
     def _does_not_creep(self) -> PadTransducer:
         clear = self.photoelastic

@@ -255,7 +255,7 @@ class Sensor(Design):
     0.003
     """
 
-    kind: ClassVar = "strip"
+    kind: ClassVar[Literal["strip"]] = "strip"
     components: ClassVar = ("normal", "tangential")
     rivals: ClassVar = {"skin": "tactels", "tactels": "skin"}
     name: str = Field(description="what to call the sensor")

@@ -43,9 +43,6 @@ Array = NDArray[np.float64]
 
 TYPICAL = 0.35
 """Size of a place or half width in units of the reach at which moments count by their power."""
-FAINTEST = 1.0
-"""Information about a coordinate of the phase, over that before the frame, below which it is left
-out."""
 NEGLIGIBLE_MOMENT = 0.003
 """Phase, in standard deviations of the noise, below which a moment does not count."""
 ACTIVE = 4
@@ -145,7 +142,7 @@ def contacts_about(
     known = basis.T @ banded(about, basis.T).T - shared.T @ solved
     pull = basis.T @ pulled_phase(about) - solved.T @ about.gradient[beside]
     values, vectors = eigh(known, check_finite=False)
-    kept = values > FAINTEST * prior.precision[0]
+    kept = values > prior.precision[0]  # of which the frame tells more than was known
     root = np.sqrt(values[kept])
     moments = model.moments
     if len(model.influence):

@@ -84,7 +84,7 @@ def _draw_one(sensor: Sensor | Pad, readings: Sequence[Reading], applied: Array 
     canvas = Figure(figsize=(8.0, 3.6) if flat else (5.4, 4.4))
     ax = canvas.add_subplot()
     ax.set_title(reading.status.name, loc="left", fontsize=10)
-    if not isinstance(sensor, Sensor):
+    if sensor.kind == "pad":
         pad_forces(ax, sensor, reading.forces)
     elif reading.traction is not None:
         tractions(ax, reading.traction.places, reading.traction.values, reading.traction.std)
@@ -101,7 +101,7 @@ def _draw_one(sensor: Sensor | Pad, readings: Sequence[Reading], applied: Array 
 
 def _draw_many(sensor: Sensor | Pad, readings: Sequence[Reading], applied: Array | None) -> Figure:
     panels = _panels(sensor, readings, applied)
-    maps = not isinstance(sensor, Sensor)
+    maps = sensor.kind == "pad"
     heights = [0.25, *(2.0 for _ in panels)]
     if maps:
         heights.append(2.4)
@@ -120,7 +120,7 @@ def _draw_many(sensor: Sensor | Pad, readings: Sequence[Reading], applied: Array
             ax.set_xlabel("frame")
         else:
             ax.tick_params(labelbottom=False)
-    if maps:
+    if sensor.kind == "pad":
         _draw_maps(canvas, rows[len(heights) - 1], sensor, readings)
     return canvas
 

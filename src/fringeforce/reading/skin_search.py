@@ -27,8 +27,6 @@ from fringeforce.reading.posterior_search import (
     phase_information,
 )
 
-PATCH = 1.0
-"""Width of the patches of the beam search, in thicknesses of the cover."""
 GRID = 0.4
 """Distance of the line loads of the fit, in thicknesses of the cover."""
 SMALL = 2.5e-3
@@ -72,7 +70,7 @@ class SkinSearch:
         """The strip with patches all over the skin in the place of tactels."""
         skin = self.skin
         extent = skin.places[-1] - skin.places[0]
-        count = max(round(extent / (PATCH * skin.cover)), 2)
+        count = max(round(extent / skin.cover), 2)  # as wide as the cover is thick
         geometry = np.zeros((count, GEOMETRY))
         half = extent / count / 2
         geometry[:, WIDTH] = half

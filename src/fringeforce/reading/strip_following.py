@@ -30,14 +30,12 @@ from fringeforce.reading.strip_reader import (
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+ALIKE_FRAMES = 16
+"""Frames in a row in which the model's own errors do the same, so that all tell of the next."""
 BLOCK = 256
 """Frames that are handed to the compiled loop at a time."""
 INTERVAL, LONGEST = 1, 8192
 """Frames after which ambiguous ones are searched again, at first, and at most: it doubles."""
-EARLIER = 16
-"""Frames that are asked of explanations of the next one."""
-ALIKE_FRAMES = 16
-"""Frames in a row to which the model's own errors do the same."""
 MORE = 4
 """Frames whose mean is searched first, and how many times as many each time after: errors of the
 mean that are of second order are a quarter of those of one frame."""
@@ -113,7 +111,7 @@ class StripFollower(Follower):
         self._posterior: Posterior | None = None
         self._shift: StrainShift | None = None
         self._seen_with_it = 0
-        self._earlier = deque[NDArray[Any]](maxlen=EARLIER)
+        self._earlier = deque[NDArray[Any]](maxlen=ALIKE_FRAMES)
         self._within: Mask | None = None
         self._several: Located | None = None
         self._total = np.empty(0)
@@ -281,7 +279,7 @@ class StripFollower(Follower):
             levels = levels[:ALIKE_FRAMES]
         done = self._explained(own, levels, room)
         self._seen_with_it += done
-        self._earlier.extend(levels[max(done - EARLIER, 0) : done].copy())
+        self._earlier.extend(levels[max(done - ALIKE_FRAMES, 0) : done].copy())
         # of an ambiguous phase any stretch may be on either side
         sure = self._begun is not None and self._begun.ok
         self._within = own.open if sure else None

@@ -248,7 +248,7 @@ def _constant(sensor: Sensor | Pad) -> tuple[str, str]:
 
 def _strain(model: SensorModel | PadModel) -> tuple[str, str]:
     sensor = model.sensor
-    if isinstance(sensor, Sensor) and not sensor.transducer.solved_in_a_plane:
+    if sensor.dimensions == 1 and not sensor.transducer.solved_in_a_plane:
         strain = surface_strain(cast(SensorModel, model))
         return "strain of the cover at 1 N", (
             f"{1e2 * strain:.2g} % over one pitch: {_judged(strain, LINEAR, 1e2, ' %')} (linear "

@@ -31,8 +31,6 @@ TRIED = 6
 """Regions beyond folds that are tried, the smallest ones."""
 SPREAD = 3.0
 """Factor in a deviation up to which rivals that widen it are one explanation, less sure."""
-SAME_LOADS = 1.0
-"""Squared distance in deviations, per load, below which two explanations are one."""
 RIDGE = 1e-6
 """Share of the mean of the normal equations that keeps unseen loads small."""
 
@@ -94,8 +92,8 @@ def weighed(optima: Sequence[Optimum], information: Array) -> Verdict:
 
 def are_apart(one: Array, other: Array, information: Array) -> bool:
     """Whether two explanations, shape (3 n,), are more than noise around one."""
-    difference = one - other
-    return bool(difference @ information @ difference > SAME_LOADS * len(one))
+    difference = one - other  # noise moves each load by one deviation
+    return bool(difference @ information @ difference > len(one))
 
 
 def _pull(forces: Array, deviations: Array) -> float:
