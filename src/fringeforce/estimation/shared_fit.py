@@ -102,6 +102,7 @@ def excess_scatter(told: Sequence[Eliminated], shares: Array, covariance: Array)
     By noise alone the gradient of a frame, at the best of all, has the covariance
     H_f - H_f C H_f; small errors of the model, anew in every frame, add to it (White,
     Econometrica 50, 1-25, 1982, equation 3.2; Huber, Proc. Fifth Berkeley Symp. 1, 221-233, 1967).
+    One of an unknown of which no two frames tell.
 
     Parameters
     ----------
@@ -119,4 +120,5 @@ def excess_scatter(told: Sequence[Eliminated], shares: Array, covariance: Array)
         left = share * one.information
         left = left - left @ covariance[np.ix_(one.which, one.which)] @ left
         expected += ((moved @ left) * moved).sum(axis=1)
-    return found / np.maximum(expected, np.finfo(float).tiny)
+    moves = expected > np.sqrt(np.finfo(float).eps) * np.diag(covariance)  # beyond rounding
+    return np.divide(found, expected, out=np.ones_like(found), where=moves)
