@@ -32,6 +32,9 @@ Mask = NDArray[np.bool_]
 
 CONTRAST = 0.3
 """Lowest contrast of blurred fringes that is undone."""
+FASTEST = 0.4
+"""Pace beyond which blur is not followed further: more of it makes the search endless [rad per
+pixel]."""
 DENSE = 1.3
 """Pace of the phase beyond which pixels no longer follow fringes [rad per pixel]."""
 STRIDE = 0.5
@@ -273,7 +276,7 @@ class PosteriorSearch:
         seen, contrast = lines.pace, np.ones_like(lines.pace)
         if light.blur:
             for _ in range(4):
-                undone = seen / np.maximum(contrast, CONTRAST)
+                undone = np.minimum(seen / np.maximum(contrast, CONTRAST), FASTEST)
                 contrast = np.exp(-np.square(undone * light.blur) / 2)
         return np.max(seen / np.maximum(contrast, CONTRAST) / ratio, axis=0), contrast
 
