@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, CubicSpline
 
 from fringeforce.base.arrays import Array
-from fringeforce.calibration.contact_phase import places_along
+from fringeforce.calibration.design_jacobian import PLACES
 from fringeforce.models.strip import SensorModel
 
 DEGREE = 3
@@ -50,8 +50,8 @@ class Columns:
         transducer = model.sensor.transducer
         half = transducer.length / 2
         depth = transducer.compliant.thickness + transducer.photoelastic.thickness
-        grid = places_along(transducer)
-        columns = CubicSpline(grid, model.influence(grid).reshape(len(grid), -1))
+        grid = np.linspace(-half, half, PLACES)
+        columns = CubicSpline(grid, model.influence(grid).reshape(PLACES, -1))
         heights, slopes = columns(grid), columns(grid, 1)
         slopes *= np.sqrt((heights**2).sum(axis=0) / (slopes**2).sum(axis=0))
         parts = CubicSpline(grid, np.stack([heights, slopes], axis=1))

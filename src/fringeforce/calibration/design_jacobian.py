@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from fringeforce.base.arrays import Array
-from fringeforce.calibration.contact_phase import places_along
 from fringeforce.calibration.design_entries import (
     EFFECTS,
     POSITIONS,
@@ -25,6 +24,8 @@ from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 STEP = 0.004
 """Step of an entry for central differences."""
+PLACES = 2001
+"""Places along the strip between which matrix and derivatives are interpolated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,8 @@ def design_jacobian(
     middle = characterize(varied(sensor, paths, centre))
     if sensor.skin is not None:  # whose line loads are as dense as its cover is thin
         sensor = sensor.replace(**{"skin.resolution": middle.sensor.tactels.pitch})
-    grid = places_along(sensor.transducer)
+    half = sensor.transducer.length / 2
+    grid = np.linspace(-half, half, PLACES)
     values = [middle.influence(grid)]
     owners = np.array(entries(sensor, paths))
     for path in paths:
@@ -95,7 +97,7 @@ def design_jacobian(
             continue
         # a tactel's place moves nothing but its own columns: all are differentiated at once
         values += [change * own[:, None] for own in np.eye(change.shape[1])]
-    stacked = np.stack(values, axis=1).reshape(len(grid), len(values), -1)
+    stacked = np.stack(values, axis=1).reshape(PLACES, len(values), -1)
     return DesignJacobian(centre, middle, CubicSpline(grid, stacked))
 
 

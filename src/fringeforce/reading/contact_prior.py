@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
-from fringeforce.estimation.posterior import HELD
 
 Array = NDArray[np.float64]
 
@@ -16,6 +15,8 @@ SHEAR_RATIO = 0.6
 LOADS = 2.0
 """Standard deviation of normal forces over the mean that the pace of the fringes tells, so that one
 contact may carry all of it; tangential ones are smaller by the friction of dry contacts."""
+ABSENT = 1e-6
+"""Standard deviation of a force that moves no phase, which is known to be none, over the push."""
 YIELDING = 0.1
 """Share of that mean by which a contact may pull, or slip, at one standard deviation."""
 FRICTION = 2.0
@@ -41,7 +42,7 @@ def contact_prior(model: FrameModel, push: float, friction: float) -> Prior:
     precision[: at.loads : 2] = 1 / (LOADS * push) ** 2
     precision[1 : at.loads : 2] = 1 / (SHEAR_RATIO * LOADS * push) ** 2
     absent = ~model.moments.any(axis=(2, 3)).ravel()
-    precision[: at.loads][absent] *= HELD  # which is known to be none
+    precision[: at.loads][absent] = 1 / (ABSENT * push) ** 2
     return Prior(np.zeros(at.size), precision, friction, YIELDING * push)
 
 
