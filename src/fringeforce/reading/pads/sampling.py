@@ -30,8 +30,8 @@ Mask = NDArray[np.bool_]
 
 STEPPED_SIDE, STATED_SIDE = 48, 64
 """Rows and columns of pixels of the matrix of steps, and of a covariance, at least."""
-ALONG_TACTEL = 4
-"""The same along the pitch of a tactel, at least: with three, squared distances of followed forces
+EACH_TACTEL = 4
+"""The same for each tactel of a row, at least: with three, squared distances of followed forces
 were 1.15 times what was stated where light is retarded by 10 rad."""
 
 
@@ -259,9 +259,7 @@ def for_covariance(model: PadModel, uncertain: PadUncertainty | None = None) -> 
 
 
 def _side(model: PadModel, least: int) -> int:
-    pad = model.sensor
-    tactels = max(pad.transducer.length, pad.transducer.width) / pad.tactels.pitch
-    return max(least, int(np.ceil(ALONG_TACTEL * tactels)))
+    return max(least, EACH_TACTEL * max(model.sensor.tactels.count))
 
 
 def lattice(model: PadModel, side: int, uncertain: PadUncertainty | None = None) -> Sampling:
