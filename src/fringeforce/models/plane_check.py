@@ -92,15 +92,10 @@ def plane_check(sensor: Sensor, progress: Progress | None = None) -> PlaneCheck:
     x = np.linspace(-0.5, 0.5, PLACES) * sensor.transducer.length
 
     def variant(plane: str) -> Sensor:
-        parts = sensor.model_dump(
+        parts = sensor.small_strain.model_dump(
             by_alias=True, exclude={"skin", "tactels", "camera", "tolerances"}
         )
-        parts["transducer"] |= {
-            "plane": plane,
-            "strain": "linear",
-            "loads": "dead",
-            "relaxation": (),
-        }
+        parts["transducer"] |= {"plane": plane, "relaxation": ()}
         camera = sensor.camera.model_copy(update={"line_position": None, "line_width": None})
         return Sensor(**parts, tactels=lines, camera=camera)
 

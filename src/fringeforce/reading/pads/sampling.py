@@ -27,7 +27,6 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-
 STEPPED_SIDE, STATED_SIDE = 48, 64
 """Rows and columns of pixels of the matrix of steps, and of a covariance, at least."""
 EACH_TACTEL = 4
