@@ -14,7 +14,9 @@ integral is Laplace's approximation on the side of f(z).  Fields of phase, light
 the noise: their Schur complement is taken once.
 
 Hamiltonian Monte Carlo walks along z (Neal, Handbook of Markov Chain Monte Carlo, 2011, chapter 5),
-from draws of Laplace's approximation.  Mean and covariance of the loads are those of their
+from draws of Laplace's approximation.  The valley has long tails, and a covariance that fits its
+middle misses them: the walk samples the density to the power of 1 / T, which a normal distribution
+answers with T times its covariance, and T times less is stated.  Mean and covariance of the loads are those of their
 conditional distributions together (Rao-Blackwell; Gelfand and Smith, J. Am. Stat. Assoc. 85, 398,
 1990), and the covariance of few samples is shrunk (Ledoit and Wolf, J. Multivar. Anal. 88, 365,
 2004) towards Laplace's approximation.
@@ -27,6 +29,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
+from scipy.special import chdtri
 
 from fringeforce.estimation.compiling import sums, sums_entry
 from fringeforce.estimation.frame_exposure import dot, patch_moments
@@ -58,6 +61,8 @@ DEPENDENT = 4.0
 TAILED = 2.0
 """The same of a covariance over that: the variance of squares is (k - 1) over that of the square of
 a variance, and loads have a kurtosis k of some 5 in their skew directions, normal ones 3."""
+RARE = 1e-4
+"""Chance to which the covariance is to hold: walks are as hot as what is that rare is farther."""
 SEED = 20140115
 """Seed of the random numbers, which are the same for every frame: readings can be repeated."""
 WALK_STEP, RELUCTANCE = 0.3, 0.2
@@ -385,7 +390,7 @@ def density(contacts, z):
 
 
 @sums_entry
-def walk(contacts, start, scale, normals, uniforms, warm, length):
+def walk(contacts, start, scale, normals, uniforms, warm, length, heat):
     """Hamiltonian Monte Carlo along places and widths.
 
     The step is found in the first trajectories by dual averaging (Hoffman and Gelman, J. Mach.
@@ -406,6 +411,8 @@ def walk(contacts, start, scale, normals, uniforms, warm, length):
         How many of the first trajectories, w, find the step and are dropped.
     length : float
         Of a trajectory, in standard deviations.
+    heat : float
+        The density is sampled to the power of one over that.
 
     Returns
     -------
@@ -418,6 +425,7 @@ def walk(contacts, start, scale, normals, uniforms, warm, length):
     energy : ndarray, shape (S,)
         Negative logarithm of the density, less a constant.
     """
+    reach = np.sqrt(heat)  # by which a hot walk goes farther, and is turned back less
     size, count, most = len(start), len(normals), 2 * len(contacts.profiles)
     loads, inverse = np.empty(most), np.empty((most, most))
     own, within = np.empty(most), np.empty((most, most))
@@ -433,7 +441,7 @@ def walk(contacts, start, scale, normals, uniforms, warm, length):
         step *= 0.2 if uniforms[t, 2] < 0.1 else 0.6 + 0.6 * uniforms[t, 2]
         steps = int(min(max(np.ceil(length * (0.5 + uniforms[t, 1]) / step), 1), TRAJECTORY_STEPS))
         momentum[:] = normals[t]
-        before = energy + 0.5 * (momentum * momentum).sum()
+        before = energy / heat + 0.5 * (momentum * momentum).sum()
         trial[:] = here
         slope[:] = gradient
         reached = energy
@@ -442,21 +450,21 @@ def walk(contacts, start, scale, normals, uniforms, warm, length):
                 total = 0.0
                 for y in range(x, size):
                     total += scale[y, x] * slope[y]
-                momentum[x] -= 0.5 * step * total
+                momentum[x] -= 0.5 * step / reach * total
             for x in range(size):
                 total = 0.0
                 for y in range(x + 1):
                     total += scale[x, y] * momentum[y]
-                trial[x] += step * total
+                trial[x] += step * reach * total
             reached = _density(contacts, trial, sides, loads, inverse, slope)
             for x in range(size):
                 total = 0.0
                 for y in range(x, size):
                     total += scale[y, x] * slope[y]
-                momentum[x] -= 0.5 * step * total
-            if not reached < before + 1000:
+                momentum[x] -= 0.5 * step / reach * total
+            if not reached / heat < before + 1000:
                 break
-        chance = np.exp(min(before - reached - 0.5 * (momentum * momentum).sum(), 0.0))
+        chance = np.exp(min(before - reached / heat - 0.5 * (momentum * momentum).sum(), 0.0))
         if not chance >= 0:
             chance = 0.0
         if uniforms[t, 0] < chance:
@@ -524,20 +532,21 @@ def sampled_loads(
         Of them [N^2].
     """
     random, walks = np.random.default_rng(SEED), []
+    heat = float(chdtri(len(laplace), RARE)) / len(laplace)
     for chain in range(CHAINS):
         start, *normals = random.standard_normal((1 + WARM + TRAJECTORIES, len(scale)))
         uniforms = random.random((WARM + TRAJECTORIES, 3))
         start = tops[chain % len(tops)] + scale @ start
-        walks.append(walk(contacts, start, scale, np.array(normals), uniforms, WARM, LENGTH))
+        walks.append(walk(contacts, start, scale, np.array(normals), uniforms, WARM, LENGTH, heat))
     energies = np.array([own.mean() for *_, own in walks])
     # half a loss is an energy; the others are in valleys of no weight
-    most = energies.min() + NEGLIGIBLE_LOSS / 2
+    most = energies.min() + heat * NEGLIGIBLE_LOSS / 2
     walks = [own for own, energy in zip(walks, energies, strict=True) if energy <= most]
     loads = np.concatenate([given for _, given, _, _ in walks])
     within = np.mean([own for _, _, own, _ in walks], axis=0)
     independent = len(loads) / DEPENDENT
     # few samples leave some directions too narrow: Laplace's counts as many as there are loads
     known, told = len(laplace), independent / TAILED
-    covariance = told * (within + np.cov(loads.T)) + known * laplace
+    covariance = told * (within + np.cov(loads.T) / heat) + known * laplace
     covariance *= (1 + 1 / independent) / (told + known)
     return loads.mean(axis=0), covariance

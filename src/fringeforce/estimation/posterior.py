@@ -76,6 +76,8 @@ SETTLING_ROUNDS, HEATED_STEPS, SETTLING_STEPS = 6, 4, 16
 of force, place and width are long, and a top is only one at their lowest place."""
 BIN_PHASE = 0.4
 """Phase that a bin may span for as much information as its pixels [rad]."""
+DIFFERENCE = 1e-3
+"""Step of a place or width for second derivatives, in standard deviations."""
 SECOND_ORDER = 3
 """Rounds in which the variances of forces, places, widths and a faint phase settle."""
 
@@ -297,16 +299,17 @@ class Posterior:
     def spread(self, top: Top) -> Array:
         """Covariance of all unknowns, shape (size, size).
 
-        The cone is left out: a force at its border is as uncertain as the frame leaves it.  Beyond
-        first order, errors of a force and of its contact's place or width move the phase by their
-        product, whose variance is the product of theirs; it is integrated out as well.  Where the
+        The cone is left out: a force at its border is as uncertain as the frame leaves it.  To
+        second order, errors of a contact's force, place and width move the phase by products of
+        two.  These are integrated out as well, with the covariance that products of normal errors
+        have (Isserlis, Biometrika 12, 134, 1918).  Where the
         phase is faint the fringes hardly change to first order, and what bounds it is their
         curvature: the normal distribution that is nearest to the posterior (Opper and Archambeau,
         Neural Computation 21, 786, 2009) has the expected second derivative of the loss, which is
         B^2 (sin^2 p + 3/2 s^2 cos^2 p) for fringes of amplitude B and a phase of variance s^2.
         """
         at, nodes = self.model.at, len(self.model.fixed)
-        waves, force, partner = products(self.model, top.unknowns)
+        waves, one, other = products(self.model, top.unknowns)
         size = sharp(self.model, self.phase(top))
         known = information(
             self.bins.pixels(size, self.model), self._binned(size), top.unknowns, waves
@@ -324,12 +327,12 @@ class Posterior:
                 own = (columns[: at.size] * (covariance @ columns[: at.size])).sum(axis=0)
                 variance = np.sqrt(variance * own) if variance.any() else own
                 full = known + (columns * (1.5 * curvature * variance)) @ columns.T
-            spread = np.diag(covariance)
-            own = full[at.size :, at.size :] + np.diag(
-                1 / np.maximum(spread[force] * spread[partner], 1e-30)
-            )
+            crossed = covariance[np.ix_(one, other)]
+            before = covariance[np.ix_(one, one)] * covariance[np.ix_(other, other)]
+            before += crossed * crossed.T
             cross = full[: at.size, at.size :]
-            reduced = np.linalg.solve(own, cross.T)
+            own = np.eye(len(before)) + before @ full[at.size :, at.size :]
+            reduced = np.linalg.solve(own, before @ cross.T)
             covariance = np.linalg.inv(full[: at.size, : at.size] - cross @ reduced)
         return np.asarray(covariance, dtype=float)
 
@@ -484,22 +487,29 @@ class Bins:
 def products(
     model: FrameModel, unknowns: Array
 ) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
-    """Phase at the nodes by products of the errors of a force and of its contact's place or width.
+    """Phase at the nodes by products of two errors, of a contact's force, place and width.
 
     Returns
     -------
     waves : ndarray, shape (k, m)
         Phase per unit of the product.
-    force, partner : ndarray of int, shape (k,)
+    one, other : ndarray of int, shape (k,)
         Which unknowns these are.
     """
-    at = model.at
-    found = contact_columns(model, unknowns)
-    own = [np.empty((0, len(model.fixed)))]
-    shared = [np.empty(0, dtype=np.intp)]
-    for kind, begin, end in ((0, at.place, at.width), (1, at.width, at.fields)):
-        if end > begin:
-            own.append(found[kind].reshape(-1, len(model.fixed)))
-            shared.append(np.repeat(np.arange(begin, end), 2))
-    force = np.tile(np.arange(at.loads), len(own) - 1)
-    return np.concatenate(own), force, np.concatenate(shared)
+    at, nodes = model.at, len(model.fixed)
+    found, loads = contact_columns(model, unknowns), unknowns[: at.loads].reshape(-1, 2)
+    waves, pairs = [np.empty((0, nodes))], [np.empty((2, 0), dtype=np.intp)]
+    shapes = [np.arange(at.place, at.width), np.arange(at.width, at.fields)]
+    uncertain = [kind for kind in (0, 1) if len(shapes[kind])]
+    for kind in uncertain:
+        waves.append(found[kind].reshape(-1, nodes))
+        pairs.append(np.array([np.arange(at.loads), np.repeat(shapes[kind], 2)]))
+        step = np.zeros(at.size)
+        step[shapes[kind]] = DIFFERENCE
+        slope = contact_columns(model, unknowns + step) - contact_columns(model, unknowns - step)
+        for other in uncertain[: uncertain.index(kind) + 1]:
+            bent = np.einsum("ncm,nc->nm", slope[other], loads) / (2 * DIFFERENCE)
+            waves.append(bent / 2 if other == kind else bent)
+            pairs.append(np.array([shapes[kind], shapes[other]]))
+    one, other = np.concatenate(pairs, axis=1)
+    return np.concatenate(waves), one, other
