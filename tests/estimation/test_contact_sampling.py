@@ -22,7 +22,7 @@ from fringeforce.estimation.frame_exposure import (
 )
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.linearised_frame import Linearised, banded, shared_information
-from fringeforce.estimation.posterior import Posterior, Top
+from fringeforce.estimation.posterior import Posterior, Top, products
 from fringeforce.models.uncertainty import uncertainty
 
 Array = NDArray[np.float64]
@@ -167,6 +167,22 @@ def test_samples_have_mean_and_covariance_of_the_exact_posterior(case: Case) -> 
     again = sampled_loads(case.contacts, [case.z], case.scale, laplace)
     np.testing.assert_allclose(again[0], found, rtol=1e-9)
     np.testing.assert_allclose(again[1], spread, rtol=1e-9, atol=1e-12)
+
+
+def test_products_of_errors_are_the_second_order_of_the_phase(case: Case) -> None:
+    model, unknowns = case.posterior.model, case.top.unknowns
+    waves, one, other = products(model, unknowns)
+    contacts = slice(0, model.at.fields)
+    rng, bent = np.random.default_rng(3), []
+    for _ in range(4):
+        error = np.zeros(len(unknowns))
+        error[contacts] = 1e-2 * rng.standard_normal(model.at.fields)
+        both = node_phase(model, unknowns + error) + node_phase(model, unknowns - error)
+        second = both / 2 - node_phase(model, unknowns)
+        told = (error[one] * error[other]) @ waves
+        bent.append(np.abs(second).max())
+        np.testing.assert_allclose(told, second, atol=0.01 * bent[-1])
+    assert min(bent) > 1e-6
 
 
 def test_a_normal_density_is_told_from_a_bent_one(case: Case) -> None:

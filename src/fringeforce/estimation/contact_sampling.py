@@ -14,12 +14,12 @@ integral is Laplace's approximation on the side of f(z).  Fields of phase, light
 the noise: their Schur complement is taken once.
 
 Hamiltonian Monte Carlo walks along z (Neal, Handbook of Markov Chain Monte Carlo, 2011, chapter 5),
-from draws of Laplace's approximation.  The valley has long tails, and a covariance that fits its
-middle misses them: the walk samples the density to the power of 1 / T, which a normal distribution
-answers with T times its covariance, and T times less is stated.  Mean and covariance of the loads are those of their
-conditional distributions together (Rao-Blackwell; Gelfand and Smith, J. Am. Stat. Assoc. 85, 398,
-1990), and the covariance of few samples is shrunk (Ledoit and Wolf, J. Multivar. Anal. 88, 365,
-2004) towards Laplace's approximation.
+from draws of Laplace's approximation. The valley has long tails, and a covariance that fits its
+middle misses them: the walk samples the density to the power of 1 / T, which a normal
+distribution answers with T times its covariance, and T times less is stated. Mean and covariance
+of the loads are those of their conditional distributions together (Rao-Blackwell; Gelfand and
+Smith, J. Am. Stat. Assoc. 85, 398, 1990), and the covariance of few samples is shrunk (Ledoit and
+Wolf, J. Multivar. Anal. 88, 365, 2004) towards Laplace's approximation.
 """
 
 from __future__ import annotations
