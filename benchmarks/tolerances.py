@@ -57,13 +57,13 @@ def measured(model: ff.SensorModel, sensors: int, followed: int) -> tuple[float,
         begin = time.perf_counter()
         first = reader.search(frames[0])
         cold.append(time.perf_counter() - begin)
-        within_cold.append(np.mean(np.abs(first.forces - loads[0]) < 1.96 * first.std))
+        within_cold.append(float(np.mean(np.abs(first.forces - loads[0]) < 1.96 * first.std)))
         reader.read_on(frames[:BEGUN])
         begin = time.perf_counter()
         batch = reader.read_on(frames[BEGUN:])
         moving.append((time.perf_counter() - begin) / each)
         tracked.append(float(batch.tracked.mean()))
-        within.append(np.mean(np.abs(batch.forces - loads[BEGUN:]) < 1.96 * batch.std))
+        within.append(float(np.mean(np.abs(batch.forces - loads[BEGUN:]) < 1.96 * batch.std)))
     notes = f"{np.mean(tracked):.1%} followed, inside 95 %: "
     notes += f"{np.mean(within_cold):.1%} of forces cold, {np.mean(within):.1%} followed"
     return float(np.median(cold)), float(np.mean(moving)), notes

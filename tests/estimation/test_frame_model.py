@@ -157,7 +157,7 @@ def test_climbs_end_where_scipy_ends(strip: FrameModel) -> None:
     frame = np.clip(frame, 1, strip.full_scale - 1)
     precision = np.where(np.arange(strip.at.size) < strip.at.loads, 0.25, 1.0)
     prior = Prior(np.zeros(strip.at.size), precision, -1.0, np.inf)
-    found, loss, square, count = climb(strip, prior, frame, truth, 1.0, 40, 1e-4, np.inf)
+    found, loss, square, count, _ = climb(strip, prior, frame, truth, 1.0, 40, 1e-4, np.inf)
 
     def rests(unknowns: Array) -> Array:
         return np.concatenate(

@@ -24,7 +24,7 @@ def loss_gradient(model, pixels, reference, frame, standing):
     """Half the loss of one frame at a point: weighted squares, weights, and `standing.gradient`."""
     lay_out(pixels, standing, frame, np.float32(model.full_scale / 2))
     stand(model, pixels, reference, standing)
-    squares, count, _ = compare(model, pixels, reference, standing, True)
+    squares, count, _, _ = compare(model, pixels, reference, standing, True)
     return squares, count + pixels.used.sum()
 
 

@@ -250,7 +250,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             if first:
                 before[:] = standing.nodes
             first = False
-            squared, known, grouped = compare(
+            squared, known, broken, grouped = compare(
                 model, pixels, reference, standing, everything or turn > 0
             )
             length = _step(reference, standing, step, own)
@@ -290,7 +290,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
                 return i, EMERGED
         # by the last step the loss falls by its squared length
         squared, number = squared - length, used + known
-        if squared > reference.squares * number or -known > reference.broken:
+        if squared > reference.squares * number or broken > reference.broken:
             return i, ALARM
         fall = _fall(reference, standing, own, score)
         if fall > reference.drawn or grouped - length > reference.sums:

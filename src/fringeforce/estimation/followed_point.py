@@ -313,9 +313,10 @@ def _summed(pull, scale, rows):
 
 @part
 def compare(model, pixels, reference, standing, whole):
-    """Fill in the gradient of half the loss; sums of squares, their number, and of squared sums.
+    """Fill in the gradient of half the loss; squares, count, broken pixels and squares of sums.
 
-    Where it is not `whole`, that of the loads only, and of the light that drifts.
+    The count is what pixels that say less lack of all of them.  Where it is not `whole`, that of
+    the loads only, and of the light that drifts.
     """
     at, unknowns, gradient = model.at, standing.unknowns, standing.gradient
     contrast64, deviation, by_blur = lens(model, unknowns)
@@ -329,7 +330,7 @@ def compare(model, pixels, reference, standing, whole):
     pulls, pull, back = standing.pulls, standing.pull, standing.back[:size]
     gradient[:] = 0.0
     pulls[:] = np.float32(0)
-    squares = counted = grouped = 0.0
+    squares = counted = broken = grouped = 0.0
     by_visibility = by_width = by_power = 0.0
     for c in range(len(model.bias)):
         span = slice(c * size, (c + 1) * size)
@@ -340,8 +341,8 @@ def compare(model, pixels, reference, standing, whole):
         if far > 0:
             limit, floor, ceiling = limits
             for p in range(size):
-                odd = (pull[p] * pull[p] >= limit) | (grey[p] <= floor) | (grey[p] >= ceiling)
-                if not odd or used[p] == 0:
+                clipped = (grey[p] <= floor) | (grey[p] >= ceiling)
+                if not (pull[p] * pull[p] >= limit or clipped) or used[p] == 0:
                     continue
                 total -= pull[p] * pull[p]
                 known -= 1.0
@@ -352,6 +353,8 @@ def compare(model, pixels, reference, standing, whole):
                 if weight > 0:
                     total += np.float32(force * force / weight)
                     known += weight
+                if not clipped:
+                    broken += 1 - weight
         squares += total
         counted += known
         grouped += _summed(pull, pixels.even_out[c], len(pixels.shares))
@@ -412,7 +415,7 @@ def compare(model, pixels, reference, standing, whole):
         gradient[at.blur] = by_width
     if at.crosstalk > at.gamma:
         gradient[at.gamma] = by_power * model.gamma_std / np.sqrt(model.variance)
-    return squares, counted, grouped
+    return squares, counted, broken, grouped
 
 
 @sums

@@ -72,7 +72,7 @@ def climb(
     steps: int,
     tolerance: float,
     bound: float = np.inf,
-) -> tuple[Array, float, float, float]:
+) -> tuple[Array, float, float, float, float]:
     """Maximise the posterior from a start, by Levenberg and Marquardt's damped Gauss-Newton steps.
 
     Each step solves (H + damping diag H) step = -gradient and is taken if the loss falls
@@ -104,6 +104,8 @@ def climb(
         Weighted sum of squared residuals in units of the noise.
     count : float
         Sum of the weights of the pixels, their number if none is clipped or broken.
+    broken : float
+        Expected number of pixels, of those that are not clipped, that show anything at all.
     """
     return _climb(model, prior, frame, start, heat, steps, tolerance, bound)
 
@@ -138,5 +140,5 @@ def _climb(model, prior, frame, start, heat, steps, tolerance, bound):
         if (gain < tolerance and damping < UNDAMPED) or loss - 2 * max(fall, gain) > bound:
             break
         damping = max(damping / 8, 1e-8)
-    square, count = weighed_squares(model, frame, here[4])
-    return unknowns, loss, square, count
+    square, count, broken = weighed_squares(model, frame, here[4])
+    return unknowns, loss, square, count, broken

@@ -112,16 +112,21 @@ def frame_loss(model, prior, frame, unknowns, level, sigma, heat):
 
 @sums
 def weighed_squares(model, frame, level):
-    """Weighted sum of squared residuals in units of the noise, and the sum of the weights."""
+    """Weighted sum of squared residuals in units of the noise, sum of the weights, broken pixels.
+
+    Light that is clipped says less, so that it weighs less, but it is not broken.
+    """
     sigma = np.sqrt(model.variance)
-    square = count = 0.0
+    square = count = broken = 0.0
     for p in range(len(frame)):
         if np.isfinite(frame[p]):
             _, pull, weight = pixel_loss(model, frame[p], level[p], sigma)
             if weight > 0:
                 square += pull * pull / weight
                 count += weight
-    return square, count
+            if model.floor < frame[p] < model.ceiling:
+                broken += 1 - weight
+    return square, count, broken
 
 
 @sums
@@ -161,7 +166,7 @@ def loss_at(model, prior, frame, unknowns):
     work = workspace(model)
     fill_exposure(model, unknowns, work)
     loss = frame_loss(model, prior, frame, unknowns, work[4], np.sqrt(model.variance), 1.0)
-    square, count = weighed_squares(model, frame, work[4])
+    square, count, _ = weighed_squares(model, frame, work[4])
     return loss, square, count
 
 

@@ -19,7 +19,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve
 from scipy.special import chdtri, pdtrik
 
 from fringeforce.estimation.followed_frames import (
@@ -55,7 +54,7 @@ from fringeforce.estimation.phase_stretches import (
     stretches_of,
 )
 from fringeforce.estimation.pixel_columns import Single, pixels_of
-from fringeforce.estimation.posterior import Top, products
+from fringeforce.estimation.posterior import Top, covariance_of_products, products
 from fringeforce.estimation.residual_test import FALSE_ALARM
 
 Array = NDArray[np.float64]
@@ -203,7 +202,7 @@ class InformationFilter:
         off = (top.unknowns - mean)[self._lasting]
         told = np.eye(len(off)) - precision[whole] @ _inverse(about.hessian)[whole]
         misfit = top.square > self._squares * top.count
-        misfit = misfit or np.isfinite(frame).sum() - top.count > self._broken
+        misfit = misfit or top.broken > self._broken
         nodes, before = (node_phase(self.model, at) for at in (top.unknowns, start))
         misfit = misfit or np.abs(nodes - before).max() > JUMP
         misfit = misfit or motion(nodes, before) > self.hidden.difference
@@ -229,7 +228,7 @@ class InformationFilter:
         """Take a linearisation."""
         hessian = about.hessian
         if self.model.at.fields > self.model.at.place:
-            hessian = hessian - self._second_order(about, np.sqrt(np.diag(self._spread)))
+            hessian = hessian - self._second_order(about)
         assert self._reference is not None
         self._refer(about.hessian - prior.joint, _inverse(hessian), self._reference.stretches)
 
@@ -312,15 +311,13 @@ class InformationFilter:
         parts = {"shares": shares, "turning": turning, "leaks": leaks}
         return {name: part.astype(np.float32) for name, part in parts.items()}
 
-    def _second_order(self, about: Linearised, deviation: Array) -> Array:
-        """Information lost to products of errors of force and place or width; see `Posterior`."""
-        directions, force, partner = products(self.model, self.unknowns)
-        variance = deviation**2
-        known = 1 / np.maximum(variance[force] * variance[partner], 1e-30)
-        cross = shared_information(self.model, about, directions)
-        information = directions @ banded(about, directions).T
-        information[np.diag_indices(len(known))] += known
-        return cross @ solve(information, cross.T, assume_a="pos", check_finite=False)
+    def _second_order(self, about: Linearised) -> Array:
+        """Information lost to products of errors of contacts; see `Posterior.spread`."""
+        waves, one, other = products(self.model, self.unknowns)
+        known = covariance_of_products(self._spread, one, other)
+        cross = shared_information(self.model, about, waves)
+        information = waves @ banded(about, waves).T
+        return cross @ np.linalg.solve(np.eye(len(known)) + known @ information, known @ cross.T)
 
 
 def _inverse(matrix: Array) -> Array:

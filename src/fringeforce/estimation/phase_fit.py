@@ -550,8 +550,8 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
         # where the fall is as promised the next one has nothing left but its error
         if turn >= len(heats) and (gain < tolerance or abs(gain - hoped) < tolerance):
             break
-    square, count = weighed_squares(model, frame, here[4])
-    return unknowns, loss, square, count
+    square, count, broken = weighed_squares(model, frame, here[4])
+    return unknowns, loss, square, count, broken
 
 
 @sums_entry

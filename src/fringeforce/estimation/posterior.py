@@ -94,12 +94,15 @@ class Top:
         Twice the negative logarithm of the posterior, less a constant.
     square, count : float
         Weighted sum of squared residuals in units of the noise, and how many pixels count.
+    broken : float
+        Expected number of pixels, of those that are not clipped, that show anything at all.
     """
 
     unknowns: Array
     loss: float
     square: float
     count: float
+    broken: float = 0.0
 
     @property
     def chance(self) -> float:
@@ -256,9 +259,20 @@ class Posterior:
         turned[at.fields : at.modes] *= -1
         return turned
 
+    @cached_property
+    def _abouts(self) -> dict[Top, Linearised]:
+        return {}
+
+    @cached_property
+    def _spreads(self) -> dict[Top, Array]:
+        return {}
+
     def linearised(self, top: Top) -> Linearised:
         """The loss about a top."""
-        return Linearised(*linearise(self.model, self.prior, self.frame, top.unknowns))
+        if top not in self._abouts:
+            about = Linearised(*linearise(self.model, self.prior, self.frame, top.unknowns))
+            self._abouts[top] = about
+        return self._abouts[top]
 
     def data_loss(self, top: Top) -> float:
         """What the frame alone adds to the loss of a top."""
@@ -270,7 +284,7 @@ class Posterior:
         other._frames.update(self._frames)
         return other
 
-    def waves_chance(self, top: Top, about: Linearised) -> float:
+    def waves_chance(self, top: Top) -> float:
         """Chance that noise leaves as large waves of phase as there are: a score test.
 
         The waves are those of the discrete cosine transform; what the unknowns can absorb is taken
@@ -278,6 +292,7 @@ class Posterior:
         fringes each by themselves, so that a chance which they may mistake is computed again from
         all pixels.
         """
+        about = self.linearised(top)
         waves, loss = _waves(len(self.model.fixed)), about.hessian + about.cone
         pulls, fitted = waves @ pulled_phase(about), about.gradient
         seen = spread_profiles(self.model, top.unknowns, waves)
@@ -301,13 +316,17 @@ class Posterior:
 
         The cone is left out: a force at its border is as uncertain as the frame leaves it.  To
         second order, errors of a contact's force, place and width move the phase by products of
-        two.  These are integrated out as well, with the covariance that products of normal errors
-        have (Isserlis, Biometrika 12, 134, 1918).  Where the
+        two.  These are integrated out as well, with their covariance.  Where the
         phase is faint the fringes hardly change to first order, and what bounds it is their
         curvature: the normal distribution that is nearest to the posterior (Opper and Archambeau,
         Neural Computation 21, 786, 2009) has the expected second derivative of the loss, which is
         B^2 (sin^2 p + 3/2 s^2 cos^2 p) for fringes of amplitude B and a phase of variance s^2.
         """
+        if top not in self._spreads:
+            self._spreads[top] = self._spread(top)
+        return self._spreads[top]
+
+    def _spread(self, top: Top) -> Array:
         at, nodes = self.model.at, len(self.model.fixed)
         waves, one, other = products(self.model, top.unknowns)
         size = sharp(self.model, self.phase(top))
@@ -327,9 +346,7 @@ class Posterior:
                 own = (columns[: at.size] * (covariance @ columns[: at.size])).sum(axis=0)
                 variance = np.sqrt(variance * own) if variance.any() else own
                 full = known + (columns * (1.5 * curvature * variance)) @ columns.T
-            crossed = covariance[np.ix_(one, other)]
-            before = covariance[np.ix_(one, one)] * covariance[np.ix_(other, other)]
-            before += crossed * crossed.T
+            before = covariance_of_products(covariance, one, other)
             cross = full[: at.size, at.size :]
             own = np.eye(len(before)) + before @ full[at.size :, at.size :]
             reduced = np.linalg.solve(own, before @ cross.T)
@@ -353,7 +370,7 @@ class Posterior:
         return found
 
     def sampled(
-        self, tops: list[Top], about: Linearised, covariance: Array, basis: Array
+        self, tops: list[Top], covariance: Array, basis: Array
     ) -> tuple[Array, Array] | None:
         """Mean and covariance of the loads from samples about the phase of the first top.
 
@@ -361,8 +378,6 @@ class Posterior:
         ----------
         tops : list of Top
             Tops of the same phase, the best first.
-        about : Linearised
-            The loss about the first one.
         covariance : ndarray, shape (2n, 2n)
             Laplace's approximation [N^2].
         basis : ndarray, shape (m, r)
@@ -376,8 +391,8 @@ class Posterior:
         at, model = self.model.at, self.model
         if at.fields == at.place or np.abs(self.phase(tops[0])).max() < LINEAR_PHASE:
             return None
+        unknowns, about = tops[0].unknowns, self.linearised(tops[0])
         cross = shared_information(model, about, np.eye(len(model.fixed)))
-        unknowns = tops[0].unknowns
         contacts = contacts_about(model, self.prior, unknowns, about, cross, basis)
         beside = slice(at.place, at.fields)
         known = np.linalg.inv(about.hessian)[beside, beside]
@@ -513,3 +528,12 @@ def products(
             pairs.append(np.array([shapes[kind], shapes[other]]))
     one, other = np.concatenate(pairs, axis=1)
     return np.concatenate(waves), one, other
+
+
+def covariance_of_products(
+    covariance: Array, one: NDArray[np.intp], other: NDArray[np.intp]
+) -> Array:
+    """Covariance of products of two errors that are normal (Isserlis, Biometrika 12, 134, 1918)."""
+    crossed = covariance[np.ix_(one, other)]
+    straight = covariance[np.ix_(one, one)] * covariance[np.ix_(other, other)]
+    return np.asarray(straight + crossed * crossed.T)

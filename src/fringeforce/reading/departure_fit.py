@@ -88,7 +88,7 @@ class Fit:
         """Whether noise leaves as much as this does, with some chance."""
         if self.top.chance < chance:
             return False
-        return self.posterior.waves_chance(self.top, self.posterior.linearised(self.top)) > chance
+        return self.posterior.waves_chance(self.top) > chance
 
 
 class DepartureFit(Protocol):

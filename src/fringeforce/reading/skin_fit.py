@@ -115,14 +115,7 @@ class Explanation:
             return 0.0
         if self.top.chance < 1e-9:
             return self.top.chance
-        return min(self.top.chance, self.posterior.waves_chance(self.top, self.about))
-
-    @cached_property
-    def broken(self) -> float:
-        """Number of pixels, or bins, that are not clipped and show anything at all."""
-        model, frame = self.posterior.model, self.posterior.frame
-        inside = np.count_nonzero((frame > model.floor) & (frame < model.ceiling))
-        return max(inside - self.top.count, 0.0)
+        return min(self.top.chance, self.posterior.waves_chance(self.top))
 
     def spoilt(self, before: float) -> bool:
         """Whether more pixels show anything than did in earlier frames, and chance adds.
@@ -130,7 +123,7 @@ class Explanation:
         A wrong explanation fits a part of a frame, and takes the rest for broken.
         """
         chance = len(self.posterior.frame) * self.posterior.model.broken
-        return bool(pdtrc(max(self.broken - before, 0.0), chance) < FALSE_VERDICT)
+        return bool(pdtrc(max(self.top.broken - before, 0.0), chance) < FALSE_VERDICT)
 
     @cached_property
     def evidence(self) -> float:

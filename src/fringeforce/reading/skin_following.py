@@ -76,7 +76,7 @@ class SkinFollower(Follower):
             last = renewed(self._seen(last.posterior.frame, last), last)
         self._last, self._used, self._age = last, used, 0
         if last is not None:
-            self._probability, self._broken = reading.probability, last.broken
+            self._probability, self._broken = reading.probability, last.top.broken
             self._begin(last)
             if not reading.tracked:
                 self._retests.begin(float(last.phase @ last.phase))

@@ -132,7 +132,7 @@ class SkinReader(StripFrames):
         if before is not None:
             last, probability = before
             found = renewed(seen, climbed(coarse, last.contacts, last.others))
-            fits = found.chance > FALSE_VERDICT and not found.spoilt(last.broken)
+            fits = found.chance > FALSE_VERDICT and not found.spoilt(last.top.broken)
             if fits and goes_on(found, last):
                 return self.stated(found, probability, tracked=True), found
         silent = self._silent(seen)

@@ -60,7 +60,7 @@ class Explanations:
     def __init__(self, posterior: Posterior, tops: list[Top] | None = None) -> None:
         self.posterior, self.rough, self.explained = posterior, list[Top](), False
         self.tops = sorted(tops or [], key=lambda one: one.loss)
-        self._chances, self._abouts = dict[int, float](), dict[int, Linearised]()
+        self._chances = dict[int, float]()
         self._nears, self._settled = dict[int, Array](), list[Top]()
 
     @property
@@ -73,16 +73,10 @@ class Explanations:
         """Loss of the best one in bins."""
         return self.rough[0].loss if self.rough else np.inf
 
-    def about(self, top: Top) -> Linearised:
-        """The loss about an explanation."""
-        if id(top) not in self._abouts:
-            self._abouts[id(top)] = self.posterior.linearised(top)
-        return self._abouts[id(top)]
-
     def chance(self, top: Top) -> float:
         """Chance that noise leaves as large waves of phase."""
         if id(top) not in self._chances:
-            self._chances[id(top)] = self.posterior.waves_chance(top, self.about(top))
+            self._chances[id(top)] = self.posterior.waves_chance(top)
         return self._chances[id(top)]
 
     def keep(self, rough: Top) -> None:
@@ -111,14 +105,16 @@ class Explanations:
             if not self.tops:
                 self._settle(rough)
                 continue
-            best = self.about(self.tops[0])
+            best = self.posterior.linearised(self.tops[0])
             if not any(_same(rough, known, best) for known in self._settled):
                 self._settle(rough)
 
     def near(self, top: Top) -> Array:
         """Standard deviations of all unknowns about an explanation, shape (size,)."""
         if id(top) not in self._nears:
-            self._nears[id(top)] = np.sqrt(np.diag(np.linalg.inv(self.about(top).hessian)))
+            self._nears[id(top)] = np.sqrt(
+                np.diag(np.linalg.inv(self.posterior.linearised(top).hessian))
+            )
         return self._nears[id(top)]
 
     def add(self, top: Top) -> None:
@@ -145,7 +141,7 @@ class Explanations:
         for top in self.tops:
             if top.loss > self.tops[0].loss + NEGLIGIBLE_LOSS:
                 break
-            about = self.about(top)
+            about = posterior.linearised(top)
             if not any(_same(top, other, about) for other, _ in found):
                 found.append((top, about))
         masses = np.zeros(1)
@@ -186,7 +182,7 @@ def told_before(posterior: Posterior, tops: list[Top], earlier: Sequence[NDArray
     mean = replace(posterior, model=quiet, frame=frames.mean(axis=0), sound=None, shared=None)
     met = [mean.climbed(top.unknowns, heats=(), steps=(0, FOLLOWING_STEPS)) for top in tops]
     about, best = mean.linearised(met[0]), min(met, key=lambda top: top.loss)
-    if mean.waves_chance(best, mean.linearised(best)) < MISSED:
+    if mean.waves_chance(best) < MISSED:
         return told
     for k in range(1, len(tops)):
         if not _same(met[k], met[0], about):

@@ -606,11 +606,9 @@ class StripFrameReader(StripFrames):
         apart = means - loads
         between = (apart * weights[:, None]).T @ apart
         located = Located(posterior, best.top, best.covariance, loads - means[0], between)
-        about = met.about(near[0])
-        loads, covariance = posterior.sampled(near, about, covariance, self._profiles) or (
-            loads,
-            covariance,
-        )
+        if not tracked:  # as frames before and after it, which are read by one linearisation
+            sampled = posterior.sampled(near, covariance, self._profiles)
+            loads, covariance = sampled or (loads, covariance)
         seen = np.isfinite(posterior.frame)
         covariance = covariance + self.calibration_covariance(
             best.top.unknowns, seen, posterior.prior
