@@ -61,6 +61,20 @@ def test_frames_one_by_one_read_as_all_at_once(uncertain, touches) -> None:
         assert reading.probability > 0.999
 
 
+def test_errors_of_scale_grow_with_loads_that_follow(sensor: ff.Sensor) -> None:
+    soft = {"transducer.photoelastic.youngs_modulus": "110 MPa +/- 5 %"}
+    model = ff.characterize(sensor.replace(**soft))
+    reader, rng = ff.Reader(model), np.random.default_rng(4)
+    forces = rng.uniform(0.5, 1.5, (11, 1)) * [1.0, 0.2]
+    slow = 1 + 1e-3 * np.arange(20)[:, None, None]
+    batch = reader.read_on(model.expose(slow * forces, rng), covariance=True)
+    assert batch.covariance is not None
+    assert batch.tracked[1:].all()
+    before, after = (forces.ravel() @ c @ forces.ravel() for c in batch.covariance[[1, -1]])
+    # nothing but the modulus matters for the size of all forces together: 5 %, less what is told
+    assert after / before == pytest.approx((slow[-1] / slow[1]).item() ** 2, rel=3e-3)
+
+
 def test_a_jump_is_searched_and_followed_from_there(uncertain) -> None:
     (_, first), (forces, second) = (slow_motion(uncertain, 4, seed) for seed in (0, 1))
     batch = ff.Reader(uncertain).read_on(np.concatenate([first, second]))

@@ -198,6 +198,33 @@ def _fall(reference, standing, own, score):
     return fall
 
 
+@sums
+def _covariance_here(reference, unknowns):
+    """Covariance of the loads of a frame, shape (2n, 2n).
+
+    What an error of the influence matrix makes of the loads grows with these.
+    """
+    several, few = len(reference.turning_loads), len(reference.covariance)
+    if several == 0:
+        return reference.covariance
+    turned = np.zeros((several, few))
+    for d in range(several):
+        for k in range(few):
+            row = reference.turning_loads[d, k]
+            for j in range(few):
+                turned[d, k] += row[j] * (unknowns[j] - reference.loads[j])
+    found = reference.covariance.copy()
+    for d in range(several):
+        for k in range(few):
+            own = reference.with_loads[d, k]
+            for e in range(several):
+                own += 0.5 * reference.between[d, e] * turned[e, k]
+            for j in range(few):
+                found[k, j] += own * turned[d, j]
+                found[j, k] += own * turned[d, j]
+    return found
+
+
 @sums_entry
 def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, std, cov, squares):
     """Read frames until one is not explained, or what was linearised has aged.
@@ -302,12 +329,13 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             unknowns[reference.fresh[a]] -= step[a]
         if whole:
             _renew_gain(model, pixels, reference, standing)
+        covariance = _covariance_here(reference, unknowns)
         for k in range(count):
-            loads[i, k], std[i, k] = unknowns[k], np.sqrt(reference.covariance[k, k])
+            loads[i, k], std[i, k] = unknowns[k], np.sqrt(covariance[k, k])
         if len(cov):
             for a in range(m):
                 for b in range(m):
-                    cov[i, a, b] = reference.covariance[a, b]
+                    cov[i, a, b] = covariance[a, b]
         squares[i, 0], squares[i, 1] = squared, number
         if state[0] > AGED * AGED or (lasting == 0 and moved > RENEWED * RENEWED):
             size = 0.0

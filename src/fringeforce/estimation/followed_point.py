@@ -55,6 +55,12 @@ class Reference(NamedTuple):
         Its inverse C.
     covariance : ndarray, shape (2n, 2n)
         Of the loads of a frame; the loops renew it if nothing lasts [N^2].
+    loads : ndarray, shape (2n,)
+        Loads where everything was linearised [N].
+    turning_loads : ndarray, shape (d, 2n, 2n)
+        Change of the loads with each unknown of the influence matrix, per change of each load.
+    with_loads, between : ndarray, shapes (d, 2n) and (d, d)
+        Covariance of these unknowns with the loads and with each other.
     stretches : Stretches
         On which sides of multiples of pi the phase is known to be.
     precision, mean : ndarray, shape (a,)
@@ -96,6 +102,10 @@ class Reference(NamedTuple):
     information: Array
     gain: Array
     covariance: Array
+    loads: Array
+    turning_loads: Array
+    with_loads: Array
+    between: Array
     stretches: Stretches
     precision: Array
     mean: Array

@@ -132,7 +132,7 @@ class InformationFilter:
             Covariance of its unknowns.
         """
         stretches = stretches_of(node_phase(self.model, self.unknowns), self.hidden)
-        self._refer(about.hessian - np.diag(self.prior.precision), spread, stretches)
+        self._refer(about, np.diag(self.prior.precision), spread, stretches)
 
     def hold(self, about: Linearised, spread: Array, still: bool, sums: float) -> None:
         """Begin after a frame that was read alone, and stay there: each frame takes one step.
@@ -230,7 +230,7 @@ class InformationFilter:
         if self.model.at.fields > self.model.at.place:
             hessian = hessian - self._second_order(about)
         assert self._reference is not None
-        self._refer(about.hessian - prior.joint, _inverse(hessian), self._reference.stretches)
+        self._refer(about, prior.joint, _inverse(hessian), self._reference.stretches)
 
     def _before(self) -> tuple[Array, Array]:
         """Mean of all unknowns before the next frame, and covariance of what lasts."""
@@ -249,9 +249,10 @@ class InformationFilter:
         mean[self._fresh] = self.prior.mean[self._fresh]
         return mean, known[np.ix_(self._lasting, self._lasting)]
 
-    def _refer(self, data: Array, spread: Array, stretches: Stretches) -> None:
-        """Take a linearisation: information, covariance of all unknowns, sides of the phase."""
+    def _refer(self, about: Linearised, prior: Array, spread: Array, stretches: Stretches) -> None:
+        """Take a linearisation, information before it, covariance after it, sides of the phase."""
         fresh, lasting, loads = self._fresh, self._lasting, self.model.at.loads
+        data = about.hessian - prior
         own = data[np.ix_(fresh, fresh)] + np.diag(self.prior.precision[fresh])
         gain = _inverse(own)
         mixed = data[np.ix_(fresh, lasting)]
@@ -281,6 +282,7 @@ class InformationFilter:
             information=own,
             gain=gain,
             covariance=np.ascontiguousarray(spread[:loads, :loads]),
+            **self._turning_loads(about, gain, spread),
             stretches=stretches,
             precision=self.prior.precision[fresh],
             mean=self.prior.mean[fresh],
@@ -298,6 +300,24 @@ class InformationFilter:
             size=float(np.sqrt(np.mean(np.square(self.unknowns[:loads:2])))),
         )
         self._standing = standing_at(self.unknowns, self._pixels, self._reference)
+
+    def _turning_loads(self, about: Linearised, gain: Array, spread: Array) -> dict[str, Array]:
+        """What errors of the influence matrix make of loads, of a `Reference`."""
+        model, at = self.model, self.model.at
+        several, order = model.influence.shape[:2]
+        own = slice(at.modes, at.modes + several)
+        powers = np.arange(order)
+        slopes = (powers + 1) * self.unknowns[own, None] ** powers
+        waves = np.einsum("dq,dqncm->dncm", slopes, model.influence)
+        waves = waves.reshape(-1, len(model.fixed))
+        found = -gain[: at.loads] @ shared_information(model, about, waves)[self._fresh]
+        found = found.reshape(at.loads, several, at.loads).swapaxes(0, 1)
+        return {
+            "loads": self.unknowns[: at.loads].copy(),
+            "turning_loads": np.ascontiguousarray(found),
+            "with_loads": np.ascontiguousarray(spread[own, : at.loads]),
+            "between": np.ascontiguousarray(spread[own, own]),
+        }
 
     def _crosstalk(self, unknowns: Array) -> dict[str, Single]:
         """Shares of the light of channels in each other, of a `Reference`."""
