@@ -7,6 +7,7 @@ from scipy.sparse.linalg import LinearOperator
 from fringeforce.base.linear_map import LinearMap
 from fringeforce.models.int16_matrix import Packed
 from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_series import PadSeries
 from fringeforce.models.splines import Band
 from fringeforce.optics.area_camera import Lens
 
@@ -16,12 +17,14 @@ def operators(model: PadModel) -> dict[str, LinearOperator]:
     blurred = Lens.of(model.sensor.replace(camera={"blur": "60 um"}))
     assert blurred is not None
     matrix = np.random.default_rng(0).normal(size=(70, 30)).astype(np.float32)
-    samples = np.linspace(-1, 1, 12)
+    samples, series = np.linspace(-1, 1, 12), PadSeries(model.sensor, model.influence)
     maps: dict[str, LinearMap] = {
         "splines": Band.of(samples, np.linspace(-1.1, 1.1, 50)),
         "whole numbers": Packed.of(matrix),
         "influence of a pad": model.influence,
         "retardance of a pad": model.retarding,
+        "change of it with the cover": series.changes("transducer.compliant.thickness", 2e-5)[1],
+        "change of it with the pitch": series.changes("tactels.pitch", 1e-5)[0],
         "lens": blurred,
     }
     return {name: one.operator for name, one in maps.items()}

@@ -13,7 +13,7 @@ from fringeforce.estimation.residual_test import square_limit
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_departures import pad_departures
-from fringeforce.models.pad_layers import LayerChanges
+from fringeforce.models.pad_series import PadSeries
 from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SquaresDepartureTest
 from fringeforce.reading.pads.fit import Fit, Optimum
@@ -96,7 +96,10 @@ def test_changes_of_layers_are_those_of_pads_that_are_made_so(pad: Pad, model: P
     layers = [one for one in pad_departures(model) if one.path.startswith("transducer.")]
     forces = pressed(model, np.random.default_rng(2))
     whole = 2 * model.profile.sum(axis=0)
-    for one, image in zip(layers, LayerChanges(model, layers).images(forces.ravel()), strict=True):
+    series = PadSeries(model.sensor, model.influence)
+    for one in layers:
+        change_of_influence, _ = series.changes(one.path, one.deviation * one.unit)
+        image = model.retarding.spread(change_of_influence.forward(forces.ravel()))
         ahead, behind = (
             made(pad, model, **{one.path: one.unit * (1 + way * one.deviation)}).retardance(forces)
             for way in (1, -1)

@@ -11,6 +11,7 @@ from fringeforce.mechanics.solid.block import Patches, Shape
 from fringeforce.models import splines
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_series import PadSeries
 from fringeforce.models.pad_slices import block_of, profile_waves, slice_retardance
 from fringeforce.models.pad_traction_influence import TractionInfluence
 from fringeforce.models.pad_traction_modes import (
@@ -85,7 +86,7 @@ def test_light_of_a_function_is_the_sum_of_the_points_in_it(
         for n, wave, place in zip(odd, waves, nodes.T, strict=True)
     )
     function = TractionMode(Shape(odd, (along * share) @ across.T), 1.0)
-    influence = TractionInfluence(pad, base, (function,))
+    influence = TractionInfluence(PadSeries(pad, base), (function,))
     (x, y), force, tactel = (places[::8] for places in pad.pixel_positions), [1.0, 0.3, -0.2], 6
     found = influence.matrix(x, y, tactel, slice(None))[..., 0]
     light = np.einsum("k,cfkp,c->fp", 2 * base.profile.sum(axis=0), found, force)

@@ -70,11 +70,6 @@ class Curvature:
         """Of values of all unknowns, shape (q, ...), those of the ones that it holds."""
         return values if self.held is None else values[self.held]
 
-    def behind(self, count: int) -> Curvature:
-        """That of the unknowns behind the first ones, all of which it holds."""
-        held = None if self.held is None else self.held[count:]
-        return Curvature(self.information[count:, count:], held)
-
     @cached_property
     def _factor(self) -> Array | None:
         return _factor(self.information)

@@ -260,32 +260,6 @@ def compressed(
     return influence, left_out, float(np.sqrt(max(1 - kept / total, 0.0)))
 
 
-def further(base: PadInfluence, fields: tuple[Array, Array]) -> PadInfluence:
-    """Another influence of the same pad, in the depth profiles of one that is known.
-
-    Parameters
-    ----------
-    base : PadInfluence
-        That is known.
-    fields : (ndarray, ndarray), shape (nx / 2, ny / 2, modes, n, 3)
-        Single-pass retardance A and B of every mode at the samples of negative x and y of the
-        base, which are a quarter of the pad [rad/N].
-    """
-    nx, ny = len(base.x) // 2, len(base.y) // 2
-    shape = 2, base.modes, ny, nx
-    patterns, spline = [load_basis(base.count, parity) for parity in PARITIES], _QuarterSpline(base)
-    parts = [np.empty((*shape, len(basis)), dtype=np.float32) for basis in patterns]
-    for field, samples in enumerate(fields):
-        for mode in range(base.modes):
-            flat = samples[:, :, mode].reshape(nx, ny, -1)
-            for parity, basis, part in zip(PARITIES, patterns, parts, strict=True):
-                quarter = (flat @ basis.T).transpose(2, 1, 0)
-                signs = _signs(parity, FIELDS[field])
-                part[field, mode] = np.moveaxis(spline.through(quarter, signs), 0, -1)
-    quarters = tuple(part.reshape(int(np.prod(shape)), part.shape[-1]) for part in parts)
-    return PadInfluence(base.count, base.x, base.y, base.profile, quarters)
-
-
 def with_even_profile(base: PadInfluence, weights: Array) -> PadInfluence:
     """The same influence with one more depth profile, so that they hold one that is even in depth.
 
@@ -313,7 +287,7 @@ def with_even_profile(base: PadInfluence, weights: Array) -> PadInfluence:
 class _QuarterSpline:
     """Splines through the samples of a quarter and its mirror images."""
 
-    def __init__(self, samples: SolidInfluence | PadInfluence) -> None:
+    def __init__(self, samples: SolidInfluence) -> None:
         self._across, self._along = (
             {sign: folded_weights(weights[: len(weights) // 2], sign) for sign in (1, -1)}
             for weights in map(splines.coefficients, (samples.y, samples.x))

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from fringeforce.base.arrays import Array, Index, Single
+from fringeforce.models import splines
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,20 @@ class Waves:
     def count(self) -> int:
         """Number of places."""
         return len(self.table) * (2 if self.even else 1)
+
+    @property
+    def whole(self) -> Single:
+        """Values at all places, shape (places, m)."""
+        if not self.even:
+            return self.table
+        mirrored = np.float32(-self.sign) * self.table[::-1]
+        mirrored[:, : self.even] *= -1
+        return np.concatenate([self.table, mirrored])
+
+    def splines(self, places: Array) -> Waves:
+        """Those of the coefficients of splines through the values at places, shape (places,)."""
+        values = splines.coefficients(places)[: len(self.table)] @ self.whole
+        return replace(self, table=values.astype(np.float32))
 
     def forward(self, values: Single, out: Single | None = None) -> Single:
         """Sum of waves, shape (..., places), from amplitudes, shape (..., m)."""
@@ -135,6 +150,14 @@ class Synthesis:
         (first, along), (second, across) = waves_at(x, sides[0], m), waves_at(y, sides[1], n)
         found = cls(waves, along, across, (first, second))
         return replace(found, waves=found.ordered(waves))
+
+    def splines(self, x: Array, y: Array) -> Synthesis:
+        """The same to coefficients of the splines through its places, columns x and rows y [m]."""
+        along, across = (
+            (one.splines(places), other.splines(places))
+            for (one, other), places in ((self.along, x), (self.across, y))
+        )
+        return replace(self, along=along, across=across)
 
     def ordered(self, values: Single) -> Single:
         """Values of harmonics as they come, shape (..., m, n), in the order of the waves."""

@@ -27,24 +27,23 @@ from scipy.sparse import csr_array
 from fringeforce.base.arrays import Index
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
-from fringeforce.design.tolerances import Tolerances, number_at, with_values
-from fringeforce.mechanics.solid.block import Patches
-from fringeforce.mechanics.solid.fourier import stress_combinations
+from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.models import splines
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_influence import PadInfluence, Retardance, further, with_even_profile
+from fringeforce.models.pad_influence import PadInfluence, Retardance, with_even_profile
+from fringeforce.models.pad_series import PadSeries, SeriesInfluence
 from fringeforce.models.pad_slices import block_of
 from fringeforce.models.pad_traction_influence import TractionInfluence
 from fringeforce.models.pad_traction_modes import UNSEEN, TractionMode, traction_modes
 from fringeforce.models.uncertainty import DRIFTS, karhunen_loeve
 from fringeforce.optics.area_camera import Lens, Picture, pictures
-from fringeforce.optics.photoelasticity import stress_optic_constant
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 Number = TypeVar("Number", bound=np.generic)
+LinearInfluence = PadInfluence | SeriesInfluence
 
 SMALLEST = 2e-6
 """Variance of a mode of the residual, relative to the largest, below which it is left out."""
@@ -118,15 +117,15 @@ class PadUncertainty:
     model : PadModel
         Whose design has the tolerances; of its depth profiles one is even where there is a
         residual.
-    series : PadUncertainty, optional
+    series : PadSeries, optional
         Of the same pad with other tolerances, whose influences are taken where they are known.
     """
 
     model: PadModel
-    series: PadUncertainty | None = None
+    series: PadSeries | None = None
 
     @classmethod
-    def of(cls, model: PadModel, series: PadUncertainty | None = None) -> PadUncertainty:
+    def of(cls, model: PadModel, series: PadSeries | None = None) -> PadUncertainty:
         """That of a model, whose depth profiles need not be able to hold a residual."""
         if RESIDUAL in model.sensor.tolerances:
             weights = block_of(model.sensor).depths(len(model.influence.profile))[1]
@@ -376,7 +375,7 @@ class PadUncertainty:
     # mechanics
 
     @cached_property
-    def values(self) -> tuple[tuple[Group, tuple[PadInfluence, ...]], ...]:
+    def values(self) -> tuple[tuple[Group, tuple[LinearInfluence, ...]], ...]:
         """Unknowns of sizes and materials, and the change of the influence with their powers."""
         return tuple(
             (group, self._changes(group))
@@ -385,46 +384,20 @@ class PadUncertainty:
         )
 
     @cached_property
-    def _known(self) -> dict[object, tuple[PadInfluence, ...]]:
-        return {} if self.series is None else self.series._known
-
-    def _changes(self, group: Group) -> tuple[PadInfluence, ...]:
-        pad, base = self.model.sensor, self.model.influence
-        value = value_of(pad, group.path)
-        if group.path in SCALING:
-            share = group.std / value
-            powers = (share,) if group.path in EFFECTS else (-share, share**2)
-            return tuple(_scaled(base, power) for power in powers)
-        key = group.path, group.std, base.modes
-        if key not in self._known:
-            plain = pad.model_copy(update={"tolerances": Tolerances()})
-            behind, here, ahead = (
-                self._solved(with_values(plain, {group.path: value + way * group.std}))
-                for way in (-1.0, 0.0, 1.0)
-            )
-            half = np.float32(0.5)
-            first = [half * (a - b) for a, b in zip(ahead.quarters, behind.quarters, strict=True)]
-            second = [
-                half * (a + b) - h
-                for a, b, h in zip(ahead.quarters, behind.quarters, here.quarters, strict=True)
-            ]
-            self._known[key] = tuple(
-                replace(base, quarters=tuple(parts)) for parts in (first, second)
-            )
-        return self._known[key]
-
-    def _solved(self, pad: Pad) -> PadInfluence:
-        """Influence of a pad with roller sides, in the depth profiles of the model."""
+    def mechanics(self) -> PadSeries:
+        """Of a pad with roller sides, in the depth profiles of the model."""
         base = self.model.influence
-        patches = Patches(pad.tactels.places, pad.tactels.side)
-        x, y = base.x[: len(base.x) // 2], base.y[: len(base.y) // 2]
-        block, slices = block_of(pad), len(base.profile)
-        # profiles are the root of the weights times orthonormal vectors
-        own = block_of(self.model.sensor).depths(slices)[1]
-        combined = (base.profile / own[:, None] * block.depths(slices)[1][:, None]).T
-        combined *= stress_optic_constant(pad.transducer.photoelastic, pad.polariscope.wavelength)
-        difference, shear = stress_combinations(block, patches, x, y, combined)
-        return further(base, (difference, 2 * shear))
+        if self.series is not None and self.series.base.modes == base.modes:
+            return self.series
+        return PadSeries(self.model.sensor, base)
+
+    def _changes(self, group: Group) -> tuple[LinearInfluence, ...]:
+        value = value_of(self.model.sensor, group.path)
+        if group.path not in SCALING:
+            return self.mechanics.changes(group.path, group.std)
+        share = group.std / value
+        powers = (share,) if group.path in EFFECTS else (-share, share**2)
+        return tuple(_scaled(self.model.influence, power) for power in powers)
 
     @cached_property
     def tractions(self) -> tuple[TractionMode, ...]:
@@ -436,7 +409,7 @@ class PadUncertainty:
         """Light of these functions, if there are any."""
         if not self.tractions:
             return None
-        return TractionInfluence(self.model.sensor, self.model.influence, self.tractions)
+        return TractionInfluence(self.mechanics, self.tractions)
 
     def deviations(self, extra: NDArray[Number]) -> NDArray[Number]:
         """Of what is told of all unknowns, shape (size,), that of the tractions, (functions, n)."""

@@ -44,53 +44,28 @@ def stress_influence(
         The series ends where the cover has damped its harmonics by ten to this power.
     """
     heights, weights = block.depths(slices)
-    fields = stress_combinations(block, patches, x, y, np.eye(slices), digits)
-    return SolidInfluence(x, y, heights, weights, *fields)
-
-
-def stress_combinations(
-    block: Block,
-    patches: Patches,
-    x: Array,
-    y: Array,
-    combined: Array,
-    digits: float = 6.0,
-) -> tuple[Array, Array]:
-    """Sums of `stress_influence` over the depth, added up before the series is.
-
-    Parameters
-    ----------
-    block, patches, x, y, digits
-        As of `stress_influence`.
-    combined : ndarray, shape (k, slices)
-        Weights of each sum.
-
-    Returns
-    -------
-    difference, shear : ndarray, shape (nx, ny, k, n, 3)
-        Sums of sigma_x - sigma_y and of tau_xy [Pa/N].
-    """
     alpha, beta = _wave_numbers_of(block, digits)
     # every tactel's stresses side by side in memory, as they are found
-    shape = 3, len(patches.places), len(combined), len(y), len(x)
+    shape = 3, len(patches.places), slices, len(y), len(x)
     difference, shear = np.empty(shape), np.empty(shape)
     loads = load_harmonics(block, patches, alpha, beta)
     across = patches.places[:, 1]
     rows = [np.flatnonzero(across == place) for place in np.unique(across)]
-    synthesis = zip(loads, _known_waves(block, digits, combined.shape[1]), strict=True)
+    synthesis = zip(loads, _known_waves(block, digits, slices), strict=True)
     at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
     for component, ((load_x, load_y), (waves_d, waves_s)) in enumerate(synthesis):
         for field, waves, wave_x, wave_y in (
             (difference, waves_d, np.cos(at_x), np.cos(at_y)),
             (shear, waves_s, np.sin(at_x), np.sin(at_y)),
         ):
-            summed = np.tensordot(combined, waves, axes=1).swapaxes(1, 2)
+            turned = waves.swapaxes(1, 2)
             for row in rows:  # tactels beside each other share half of the sum
-                half = (wave_y * load_y[:, row[0]]) @ summed
+                half = (wave_y * load_y[:, row[0]]) @ turned
                 for tactel in row:
                     right = (wave_x * load_x[:, tactel]).T
                     np.matmul(half, right, out=field[component, tactel])
-    return np.transpose(difference), np.transpose(shear)
+    fields = np.transpose(difference), np.transpose(shear)
+    return SolidInfluence(x, y, heights, weights, *fields)
 
 
 def stress_of_loads(

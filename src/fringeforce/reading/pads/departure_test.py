@@ -22,7 +22,7 @@ from fringeforce.models.as_built import PLACEMENT, SIZE
 from fringeforce.models.departures import LAYERS
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_departures import PadDeparture, departing, pad_departures
-from fringeforce.models.pad_layers import LayerChanges
+from fringeforce.models.pad_series import PadSeries
 from fringeforce.models.pad_skin import PadSkinModel
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
@@ -179,13 +179,16 @@ class SquaresDepartureTest(DepartureTest):
     ----------
     model : PadModel
         The pad, as it is fitted.
+    mechanics : PadSeries
+        What its layers do.
     """
 
-    def __init__(self, model: PadModel) -> None:
+    def __init__(self, model: PadModel, mechanics: PadSeries) -> None:
         # tractions that are spread otherwise look like another cover
         spread = {PLACEMENT, SIZE} & set(model.sensor.tolerances)
         layers = () if spread else tuple(path for path in LAYERS if path != SOFTNESS[1])
         super().__init__(model, (*OPTICS, *layers))
+        self._mechanics = mechanics
 
     @cached_property
     def _optics(self) -> tuple[PadDeparture, ...]:
@@ -199,9 +202,13 @@ class SquaresDepartureTest(DepartureTest):
         drawn = sensor.model_copy(update={"tolerances": Tolerances(), "camera": camera})
         return PadUncertainty(departing(replace(self._model, sensor=drawn), self._optics))
 
-    @cached_property
-    def _layers(self) -> LayerChanges:
-        return LayerChanges(self._model, self.tested[len(self._optics) :])
+    def _layers(self, forces: Array) -> list[Single]:
+        """Derivatives of the retardance of the modes by layers, (2, modes, rows, columns) each."""
+        changes = [
+            self._mechanics.changes(one.path, one.deviation * one.unit)[0]
+            for one in self.tested[len(self._optics) :]
+        ]
+        return [self._model.retarding.spread(one.forward(forces)) for one in changes]
 
     def shown(
         self,
@@ -254,7 +261,7 @@ class SquaresDepartureTest(DepartureTest):
         light = FrameLight(fit.model, fit.response, fit.frame, fit.used, known)
         by_modes, by_light = light.back(here, one.misfit.slope)
         rows, columns = sampling.rows, sampling.columns
-        layers = self._layers.images(place.forces)
+        layers = self._layers(place.forces)
         few = [image[..., rows[:, None], columns] for image in layers]
         retarded = [
             *known.moved(place.modes, rows, columns),

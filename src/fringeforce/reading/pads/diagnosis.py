@@ -270,7 +270,7 @@ class PadSquaresDiagnosis(PadDiagnosis):
     def __init__(self, reader: PadFrameReader) -> None:
         super().__init__(reader)
         self._samplings: dict[tuple[PadDeparture, ...], Sampling] = {}
-        self._first = reader.uncertain or PadUncertainty.of(reader.model)
+        self._reader = reader
 
     @cached_property
     def _everything(self) -> PadFrameReader:
@@ -329,7 +329,7 @@ class PadSquaresDiagnosis(PadDiagnosis):
         """
         if departures in self._samplings:
             return self._samplings[departures]
-        known = PadUncertainty.of(departing(self.frames.model, departures), self._first)
+        known = PadUncertainty.of(departing(self.frames.model, departures), self._reader.mechanics)
         pixels = for_covariance if known.contacts is None else for_steps
         found = pixels(known.model, known)
         if len(departures) == 1 and departures[0].one:

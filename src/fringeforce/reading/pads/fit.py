@@ -214,6 +214,14 @@ class Fit:
         total[own] += ridge * total[own].sum() / max(loads, 1)
         return Curvature(total, held)
 
+    def _others_curvature(self, place: Place) -> Curvature:
+        """The same of the unknowns of tolerances alone."""
+        few, shown = self.sampling.others_information(place, self.used)
+        numbers = np.flatnonzero(shown)
+        return Curvature(
+            self._scale(place) * few + self._prior.precision[np.ix_(numbers, numbers)], shown
+        )
+
     def information(self, place: Place) -> Array:
         """The matrix of `curvature` of all unknowns, shape (3 n + q, 3 n + q)."""
         found = self.curvature(place)
@@ -309,10 +317,7 @@ class Fit:
                 return whole.ahead(np.concatenate([nothing_acts, step]))
 
             return Expansion(
-                whole.loss,
-                whole.gradient[loads:],
-                lambda: whole.curvature().behind(loads),
-                ahead,
+                whole.loss, whole.gradient[loads:], lambda: self._others_curvature(here[0]), ahead
             )
 
         start = here, self.misfit(here)

@@ -169,6 +169,11 @@ class Place(Start, Shone):
 
     reference: Array | None = None
 
+    @property
+    def spread(self) -> Array:
+        """Forces that the spread of tractions is relative to, shape (3 n,) [N]."""
+        return self.forces if self.reference is None else self.reference
+
 
 @dataclass(frozen=True, eq=False)
 class FrameLight:

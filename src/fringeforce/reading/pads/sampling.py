@@ -7,7 +7,7 @@ forms.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,9 +15,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.models import splines
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_influence import PadInfluence
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.optics.area_camera import Picture
 from fringeforce.reading.pads.lattice import Lattice
@@ -95,34 +95,31 @@ class Sampling(Lattice):
         shown : ndarray of bool, shape (3 n + q,)
             Which unknowns it holds.
         """
-        uncertain = self.uncertain
-        assert uncertain is not None
-        shown = uncertain.shown(state.forces if state.reference is None else state.reference)
-        columns = self._columns(state, shown)
-        loads = self.influence.shape[3]
-        held = np.concatenate([np.ones(loads, dtype=bool), shown])
-        total = np.zeros((columns.shape[2],) * 2)
-        pixels = len(self.model.kinds)
-        for k, (picture, light) in enumerate(zip(state.pictures, state.lights, strict=True)):
-            count, forms = len(self.pixels), len(picture.forms)
-            few = None if used is None else used[k * pixels : (k + 1) * pixels]
-            root = np.sqrt(self._weights(forms, few))
-            slopes = [root * slope for slope in self.each(state.modes, picture, light, state.lens)]
-            weights = np.stack(slopes).reshape(forms, -1, count)
-            rows = np.empty((count, forms, columns.shape[2]), dtype=np.float32)
-            _combine(columns, weights, rows)
-            place = loads + np.cumsum(shown) - 1
-            for number, change in self.by_light(uncertain, state, k):
-                rows[:, :, place[number]] = (root * change).T
-            flat = rows.reshape(-1, rows.shape[2])
-            total += (flat.T @ flat).astype(float) / count
-        return total, held
+        assert self.uncertain is not None
+        shown, influence = self.uncertain.shown(state.spread), self._under(state)
+        loads, pixels = influence.shape[3], len(self.pixels)
+        total = np.zeros((loads + int(shown.sum()),) * 2)
+        for k in range(len(state.lights)):
+            root = self._root(state, k, used)
+            weights = root * self._slopes(state, k)
+            rows = np.empty((pixels, len(weights), loads), dtype=np.float32)
+            _combine(influence.reshape(-1, pixels, loads), weights, rows)
+            one, other = rows.reshape(-1, loads), self._others(state, k, shown, root)
+            total[:loads, :loads] += one.T @ one
+            total[:loads, loads:] += one.T @ other
+            total[loads:, loads:] += other.T @ other
+        total[loads:, :loads] = total[:loads, loads:].T
+        return total / pixels, np.concatenate([np.ones(loads, dtype=bool), shown])
 
-    def _weights(self, forms: int, used: Mask | None) -> Single:
-        """Weights of pixels of each kind, shape (r * c,)."""
-        if used is None:
-            return np.full(len(self.pixels), 1 / forms, np.float32)
-        return self.shares(used) / np.float32(forms)
+    def others_information(self, state: Place, used: Mask | None = None) -> tuple[Array, Mask]:
+        """The same by the unknowns of tolerances alone, shape (q, q)."""
+        assert self.uncertain is not None
+        shown = self.uncertain.shown(state.spread)
+        total = np.zeros((int(shown.sum()),) * 2)
+        for k in range(len(state.lights)):
+            other = self._others(state, k, shown, self._root(state, k, used))
+            total += other.T @ other
+        return total / len(self.pixels), shown
 
     def across(
         self, state: Place, others: Callable[[int, Single], Single], used: Mask | None = None
@@ -146,78 +143,126 @@ class Sampling(Lattice):
         own : ndarray, shape (r, r)
             The same of products of derivatives by others.
         """
-        known, loads = self.uncertain, self.influence.shape[3]
-        held = np.arange(loads)
-        columns = self.influence.reshape(-1, len(self.pixels), loads)
-        if known is not None:
-            shown = known.shown(state.forces if state.reference is None else state.reference)
-            held = np.concatenate([held, loads + np.flatnonzero(shown)])
-            columns = self._columns(state, shown)
-        size = loads if known is None else loads + known.size
-        across, own, pixels = 0.0, 0.0, len(self.model.kinds)
-        for k, (picture, light) in enumerate(zip(state.pictures, state.lights, strict=True)):
-            few = None if used is None else used[k * pixels : (k + 1) * pixels]
-            weights = self._weights(len(picture.forms), few)
-            each = np.stack(self.each(state.modes, picture, light, state.lens))
-            slopes = each.reshape(len(each), -1, each.shape[-1])
-            changes = others(k, slopes)
-            pulls = np.einsum("qsp,sfp->fqp", weights * changes, slopes)
-            found = np.zeros((size, len(changes)))
-            found[held] = np.matmul(pulls, columns).sum(axis=0).T
+        known, (pixels, loads) = self.uncertain, self.influence.shape[2:]
+        shown = np.zeros(0, dtype=bool) if known is None else known.shown(state.spread)
+        influence = self.influence if known is None else self._under(state)
+        across, own = 0.0, 0.0
+        for k in range(len(state.lights)):
+            root, slopes = self._root(state, k, used), self._slopes(state, k)
+            changes = root * others(k, slopes)
+            pulls = np.einsum("qsp,sfp->fqp", root * changes, slopes)
+            found = np.zeros((loads + len(shown), len(changes)))
+            columns = influence.reshape(-1, pixels, loads)
+            found[:loads] = np.matmul(pulls, columns).sum(axis=0).T
+            flat = changes.swapaxes(1, 2).reshape(len(changes), -1)
             if known is not None:
-                for number, change in self.by_light(known, state, k):
-                    found[loads + number] += (weights * changes).reshape(len(changes), -1) @ (
-                        change.ravel()
-                    )
-            across += found / len(self.pixels)
-            flat = changes.reshape(len(changes), -1)
-            own += (weights * changes).reshape(flat.shape) @ flat.T / len(self.pixels)
-        return np.asarray(across), np.asarray(own, dtype=float)
+                found[loads:][shown] = (flat @ self._others(state, k, shown, root)).T
+            across += found / pixels
+            own += (flat @ flat.T).astype(float) / pixels
+        return np.asarray(across), np.asarray(own)
 
-    def _columns(self, state: Place, shown: Mask) -> Single:
-        """Derivatives of the retardance by forces and unknowns that show, (2 modes, r c, m)."""
-        uncertain, forces, extra = self.uncertain, state.forces, state.extra
-        assert uncertain is not None
-        loads = self.influence.shape[3]
-        place = loads + np.cumsum(shown) - 1
-        size = loads + int(shown.sum())
-        columns = np.zeros((*self.influence.shape[:3], size), dtype=np.float32)
-        columns[..., :loads] = self.influence
-        single = forces.astype(np.float32)
-        loaded = single if state.reference is None else state.reference.astype(np.float32)
-        for (group, _), powers in zip(uncertain.values, self._values, strict=True):
-            unknown = float(extra[group.begin])
-            for power, change in enumerate(powers, 1):
-                if unknown:
-                    columns[..., :loads] += np.float32(unknown**power) * change
-                slope = np.float32(power * unknown ** (power - 1))
-                columns[..., place[group.begin]] += slope * (change @ single)
-        if uncertain.contacts is not None:
-            rows, forces_on = columns.reshape(-1, size), loaded.reshape(-1, 3)
-            counts = uncertain.deviations(shown).sum(axis=0)  # the strongest functions
-            numbers, deviations = uncertain.deviations(place), uncertain.deviations(extra)
-            for tactel in np.flatnonzero(counts).tolist():
-                own = slice(counts[tactel])
-                parts = self._contact(tactel, int(counts[tactel])).reshape(3, len(rows), -1)
-                rows[:, numbers[own, tactel]] = np.tensordot(forces_on[tactel], parts, 1)
-                if state.reference is None:
-                    spread = deviations[own, tactel].astype(np.float32)
-                    rows[:, 3 * tactel : 3 * tactel + 3] += (parts @ spread).T
-        for number, moved in uncertain.moved(state.modes, self.rows, self.columns):
-            columns[..., place[number]] = moved.reshape(*moved.shape[:2], -1)
-        if group := uncertain.group(RESIDUAL):
-            fields, even = self._residual
-            half = len(fields)
-            for part in range(2):
-                begin = int(place[group.begin]) + part * half
-                columns[part, :, :, begin : begin + half] = even[:, None, None] * fields.T
-        return columns.reshape(-1, len(self.pixels), size)
+    def _root(self, state: Place, k: int, used: Mask | None) -> Single:
+        """Roots of the weights of a picture's pixels of each kind, shape (r * c,)."""
+        forms, pixels = len(state.pictures[k].forms), len(self.model.kinds)
+        if used is None:
+            return np.full(len(self.pixels), forms**-0.5, np.float32)
+        return np.sqrt(self.shares(used[k * pixels : (k + 1) * pixels]) / np.float32(forms))
+
+    def _slopes(self, state: Place, k: int) -> Single:
+        """Derivatives of a picture's intensity by the modes, shape (forms, 2 modes, r * c)."""
+        each = np.stack(self.each(state.modes, state.pictures[k], state.lights[k], state.lens))
+        return each.reshape(len(each), -1, each.shape[-1])
+
+    def _under(self, state: Place) -> Single:
+        """Influence of squares as it is under unknowns, as `influence`."""
+        known, found = self.uncertain, self.influence
+        assert known is not None
+        for group, powers in known.values:
+            if unknown := float(state.extra[group.begin]):
+                if group.path not in self._values:
+                    self._values[group.path] = [one.matrix(*self.places) for one in powers]
+                for power, change in enumerate(self._values[group.path], 1):
+                    found = np.asarray(found + np.float32(unknown**power) * change, np.float32)
+        if known.contacts is not None and state.reference is None:
+            # forces that tractions are spread by bring the spread along
+            shares = known.deviations(state.extra * known.shown(state.forces)).astype(np.float32)
+            found = found.copy()
+            for tactel in np.flatnonzero(shares.any(axis=0)).tolist():
+                count = int(np.flatnonzero(shares[:, tactel])[-1]) + 1
+                spread = self._contact(tactel, count) @ shares[:count, tactel]
+                found[..., 3 * tactel : 3 * tactel + 3] += np.moveaxis(spread, 0, -1)
+        return found
 
     @cached_property
-    def _values(self) -> list[list[Single]]:
+    def _values(self) -> dict[str, list[Single]]:
         """Changes of the influence with sizes and materials, each as `influence`."""
-        assert self.uncertain is not None
-        return [[self._matrix(one) for one in powers] for _, powers in self.uncertain.values]
+        return {}
+
+    def _others(self, state: Place, k: int, shown: Mask, root: Single) -> Single:
+        """Derivatives of a picture's intensity by unknowns that show, times roots of weights.
+
+        Parameters
+        ----------
+        state : Place
+            Where to take them.
+        k : int
+            Number of the picture.
+        shown : ndarray of bool, shape (q,)
+            Unknowns that show.
+        root : ndarray, shape (r * c,)
+            Of the pixels' weights.
+
+        Returns
+        -------
+        ndarray, shape (r * c * forms, m)
+        """
+        known, place = self.uncertain, np.cumsum(shown) - 1
+        assert known is not None
+        weights = root * self._slopes(state, k)
+        forms, _, count = weights.shape
+        rows = np.empty((count, forms, int(shown.sum())), dtype=np.float32)
+        for number, change in self._moved(state):
+            rows[:, :, place[number]] = np.einsum("kfp,fp->pk", weights, change)
+        if known.contacts is not None:
+            spread, forces = known.deviations(shown), state.spread.reshape(-1, 3)
+            numbers, counts = known.deviations(place), spread.sum(axis=0)  # the strongest ones
+            for tactel in np.flatnonzero(counts).tolist():
+                parts = self._contact(tactel, int(counts[tactel]))
+                own = np.tensordot(forces[tactel].astype(np.float32), parts, 1)
+                shone = np.empty((count, forms, own.shape[-1]), dtype=np.float32)
+                _combine(own.reshape(-1, count, own.shape[-1]), weights, shone)
+                rows[:, :, numbers[: counts[tactel], tactel]] = shone
+        if group := known.group(RESIDUAL):
+            fields, even = self._residual
+            halves = weights.reshape(forms, 2, -1, count)
+            shares = np.einsum("kfmp,m->pkf", halves, even)[..., None]
+            begin = int(place[group.begin])
+            both = shares * fields.T[:, None, None]
+            rows[:, :, begin : begin + 2 * len(fields)] = both.reshape(count, forms, -1)
+        for number, change in self.by_light(known, state, k):
+            rows[:, :, place[number]] = (root * change).T
+        return rows.reshape(count * forms, rows.shape[2])
+
+    def _moved(self, state: Place) -> Iterator[tuple[int, Single]]:
+        """Numbers of unknowns of values and of the camera's place, and derivatives by them.
+
+        The derivatives are those of the modes at the lattice, shape (2 modes, r * c) [rad].
+        """
+        known, (x, y) = self.uncertain, self.places
+        assert known is not None
+        base = known.model.influence
+        columns, rows = splines.basis(base.x, x), splines.basis(base.y, y)
+        for group, powers in known.values:
+            unknown = float(state.extra[group.begin])
+            slopes = (power * unknown ** (power - 1) for power in range(1, len(powers) + 1))
+            grid = sum(
+                np.float32(slope) * change.forward(state.forces)
+                for slope, change in zip(slopes, powers, strict=True)
+            )
+            image = np.asarray(rows @ grid @ columns.T, dtype=np.float32)
+            yield group.begin, image.reshape(-1, len(self.pixels))
+        for number, moved in known.moved(state.modes, self.rows, self.columns):
+            yield number, moved.reshape(-1, len(self.pixels))
 
     @cached_property
     def _contacts(self) -> dict[int, Single]:
@@ -236,9 +281,6 @@ class Sampling(Lattice):
             self._contacts[tactel] = known
         assert known is not None
         return known[..., :count]
-
-    def _matrix(self, influence: PadInfluence) -> Single:
-        return influence.matrix(*self.places)
 
     @cached_property
     def _residual(self) -> tuple[Single, Single]:

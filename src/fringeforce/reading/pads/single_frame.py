@@ -14,6 +14,7 @@ from fringeforce.estimation.covariance import covariance_of, marginal_informatio
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_departures import PadDeparture
+from fringeforce.models.pad_series import PadSeries
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.pads.departure_record import DepartureRecord
@@ -90,6 +91,13 @@ class PadFrameReader(PadFrames):
         return self.model if self.uncertain is None else self.uncertain.model
 
     @cached_property
+    def mechanics(self) -> PadSeries:
+        """What tractions on the pad do."""
+        if self.uncertain is not None:
+            return self.uncertain.mechanics
+        return PadSeries(self.model.sensor, self.model.influence)
+
+    @cached_property
     def _stepping(self) -> Sampling:
         return for_steps(self._fitted, self.uncertain)
 
@@ -105,11 +113,11 @@ class PadFrameReader(PadFrames):
 
     @cached_property
     def _departures(self) -> SquaresDepartureTest:
-        return SquaresDepartureTest(self._fitted)
+        return SquaresDepartureTest(self._fitted, self.mechanics)
 
     @cached_property
     def _tractions(self) -> TractionTest:
-        return TractionTest(self._fitted)
+        return TractionTest(self._fitted, self.mechanics)
 
     @cached_property
     def _looseness(self) -> float:

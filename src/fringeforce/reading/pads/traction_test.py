@@ -26,6 +26,7 @@ from fringeforce.estimation.residual_test import FALSE_ALARM, square_limit
 from fringeforce.estimation.score_test import Score
 from fringeforce.models.as_built import PLACEMENT, SIZE
 from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_series import PadSeries
 from fringeforce.models.pad_traction_influence import TractionInfluence
 from fringeforce.models.pad_traction_modes import traction_modes
 from fringeforce.models.pad_uncertainty import PadUncertainty
@@ -53,10 +54,12 @@ class TractionTest:
     ----------
     model : PadModel
         The pad, as it is fitted.
+    mechanics : PadSeries
+        What tractions on it do.
     """
 
-    def __init__(self, model: PadModel) -> None:
-        self._model = model
+    def __init__(self, model: PadModel, mechanics: PadSeries) -> None:
+        self._model, self._mechanics = model, mechanics
 
     @cached_property
     def _functions(self) -> TractionInfluence:
@@ -67,7 +70,7 @@ class TractionTest:
         sensor = pad.model_copy(update={"tolerances": Tolerances({**stated, **wide})})
         profile = self._model.influence.profile
         functions = traction_modes(sensor, profile)[:TESTED]
-        return TractionInfluence(pad, self._model.influence, functions)
+        return TractionInfluence(self._mechanics, functions)
 
     def shown(self, fit: Fit, one: Optimum, curvature: Curvature) -> Index:
         """Tactels on which a frame shows a traction that is not allowed for.
@@ -111,7 +114,7 @@ class TractionTest:
     ) -> tuple[Array, Index, list[Index]]:
         """Forces that spread is relative to, tactels that are pressed, and unknowns of each."""
         place = one.place
-        reference = place.forces if place.reference is None else place.reference
+        reference = place.spread
         strength = np.sqrt(np.square(reference.reshape(-1, 3)).sum(axis=1))
         held = known.deviations(curvature.holds(len(reference) + np.arange(known.size)))
         pressed = held.any(axis=0) & (strength > PRESSED * strength.max(initial=0.0))
