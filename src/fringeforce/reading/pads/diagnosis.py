@@ -36,7 +36,7 @@ from fringeforce.reading.findings import (
 from fringeforce.reading.pads.departure_test import begun
 from fringeforce.reading.pads.fit import FIRST_STEPS, Fit, Optimum
 from fringeforce.reading.pads.pad_frames import PadFrames
-from fringeforce.reading.pads.sampling import Sampling, for_covariance, for_steps
+from fringeforce.reading.pads.sampling import Sampling
 from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.pads.skin_fit import SkinFit, SkinOptimum
 from fringeforce.reading.pads.skin_reader import PadSkinReader
@@ -278,8 +278,7 @@ class PadSquaresDiagnosis(PadDiagnosis):
 
     def starts(self, levels: NDArray[Any], used: Mask) -> list[Array]:
         """As of `PadDiagnosis`."""
-        reading = self._everything.search(levels, used)
-        return [reading.forces.ravel()]
+        return [self._everything.likeliest(levels, used)]
 
     def begun(
         self,
@@ -325,13 +324,15 @@ class PadSquaresDiagnosis(PadDiagnosis):
     def _sampling(self, departures: tuple[PadDeparture, ...]) -> Sampling:
         """What a fit needs of departures; kept of single numbers, which every frame tries.
 
-        All combinations are too many to keep, and matrices of tractions are too large.
+        All combinations are too many to keep, and matrices of tractions are too large.  The
+        influence of squares is that of the readers, with as many depth profiles.
         """
         if departures in self._samplings:
             return self._samplings[departures]
         known = PadUncertainty.of(departing(self.frames.model, departures), self._reader.mechanics)
-        pixels = for_covariance if known.contacts is None else for_steps
-        found = pixels(known.model, known)
+        ours, theirs = self._reader.stepping, self._everything.stepping
+        alike = known.model.influence.modes == ours.model.influence.modes
+        found = replace(ours if alike else theirs, model=known.model, uncertain=known)
         if len(departures) == 1 and departures[0].one:
             self._samplings[departures] = found
         return found

@@ -98,7 +98,8 @@ class PadFrameReader(PadFrames):
         return PadSeries(self.model.sensor, self.model.influence)
 
     @cached_property
-    def _stepping(self) -> Sampling:
+    def stepping(self) -> Sampling:
+        """Pixels of a matrix that leads to forces."""
         return for_steps(self._fitted, self.uncertain)
 
     @cached_property
@@ -134,6 +135,20 @@ class PadFrameReader(PadFrames):
         classifier = self.classifier(used)
         return self._searched(classifier.filled(levels), start, classifier)[0]
 
+    def likeliest(self, levels: NDArray[Any], used: Mask) -> Array:
+        """Forces (3 n,) that explain a frame best in which something touches [N].
+
+        Where all that shows came to be believed, others are not looked for.
+        """
+        classifier = self.classifier(used)
+        fit = self._fit(classifier.filled(levels), self.stepping, classifier)
+        optima = list[Optimum]()
+        for forces, whole in self._search.attempts(fit.frame, classifier.used):
+            optima.append(self._climbed(fit, forces))
+            if whole or classifier.explained(optima[-1]):
+                break
+        return min(optima, key=lambda optimum: optimum.loss).forces
+
     def found(self, levels: NDArray[Any], used: Mask, known: Earlier) -> tuple[Reading, Optimum]:
         """Reading of a frame that comes soon after others, and where it is.
 
@@ -147,7 +162,7 @@ class PadFrameReader(PadFrames):
         classifier = self.classifier(used)
         grey = classifier.filled(levels)
         if (start := known.start) is not None:
-            fit = replace(self._fit(grey, self._stepping, classifier), prior=known.prior)
+            fit = replace(self._fit(grey, self.stepping, classifier), prior=known.prior)
             if self.uncertain is not None:
                 # tractions are spread as forces of the last frame let expect
                 fit = replace(fit, reference=start.forces)
@@ -176,7 +191,7 @@ class PadFrameReader(PadFrames):
         record: DepartureRecord | None = None,
     ) -> tuple[Reading, Optimum]:
         """Reading of a frame without an earlier state, or from a start, and where it is."""
-        fit = self._fit(levels, self._stepping, classifier)
+        fit = self._fit(levels, self.stepping, classifier)
         silence = classifier.silence(fit)
         if start is not None:
             optima, sure = [fit.climb(self.model.checked(start, single=True).ravel())], True
@@ -248,10 +263,7 @@ class PadFrameReader(PadFrames):
         optima: list[Optimum] = []
         sure = False
         for forces, whole in self._search.attempts(fit.frame, classifier.used):
-            if fit.uncertain is not None:
-                # far from the top, tolerances would take over what forces must explain
-                forces = fit.as_drawn.climb(forces).forces
-            optima.append(fit.climb(forces))
+            optima.append(self._climbed(fit, forces))
             plain = classifier.plain(optima[-1], silence)
             sure |= whole or plain
             if classifier.explained(optima[-1]) and plain:
@@ -262,6 +274,13 @@ class PadFrameReader(PadFrames):
             if classifier.explained(optima[0])
             else optima
         ), sure
+
+    def _climbed(self, fit: Fit, forces: Array) -> Optimum:
+        """Where forces of a search lead."""
+        if fit.uncertain is not None:
+            # far from the top, tolerances would take over what forces must explain
+            forces = fit.as_drawn.climb(forces).forces
+        return fit.climb(forces)
 
     def _stays_this_side(self, information: Array) -> bool:
         """Whether no push is uncertain by as much as takes retardance from one fold to beyond it.
