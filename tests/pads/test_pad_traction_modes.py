@@ -37,6 +37,11 @@ def beside(pad: Pad) -> PadModel:
     )
 
 
+def first(count: int, *tactels: int) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the first functions of some of twenty tactels."""
+    return np.zeros(20, dtype=int), np.where(np.isin(np.arange(20), tactels), count, 0)
+
+
 def test_few_functions_are_like_any_rectangle_beside_its_tactel(beside: PadModel) -> None:
     """Of a push of a newton, what least squares leave of the light is no more than noise."""
     pad, rng, known = beside.sensor, np.random.default_rng(4), PadUncertainty.of(beside)
@@ -49,7 +54,7 @@ def test_few_functions_are_like_any_rectangle_beside_its_tactel(beside: PadModel
         return 2 * slice_retardance(pad, [load], x, y, 16).sum(axis=0).ravel()
 
     assert known.contacts is not None
-    under = known.contacts.matrix(x, y, tactel, slice(None))
+    under = known.contacts.matrices(x, y, *first(len(known.tractions), tactel))[tactel]
     columns = np.concatenate(
         [
             np.einsum("k,fkpn,n->fp", whole, beside.influence.matrix(x, y), force.ravel())[None],
@@ -88,7 +93,7 @@ def test_light_of_a_function_is_the_sum_of_the_points_in_it(
     function = TractionMode(Shape(odd, (along * share) @ across.T), 1.0)
     influence = TractionInfluence(PadSeries(pad, base), (function,))
     (x, y), force, tactel = (places[::8] for places in pad.pixel_positions), [1.0, 0.3, -0.2], 6
-    found = influence.matrix(x, y, tactel, slice(None))[..., 0]
+    found = influence.matrices(x, y, *first(1, tactel))[tactel][..., 0]
     light = np.einsum("k,cfkp,c->fp", 2 * base.profile.sum(axis=0), found, force)
     loads = [(Patches(pad.tactels.places[tactel] + nodes), share[:, None] * force)]
     exact = 2 * slice_retardance(pad, loads, x, y, len(base.profile)).sum(axis=0)
@@ -98,7 +103,7 @@ def test_light_of_a_function_is_the_sum_of_the_points_in_it(
 
 def test_light_of_functions_goes_forward_and_back(beside: PadModel) -> None:
     rng, known = np.random.default_rng(3), PadUncertainty.of(beside)
-    influence, base, tactels = known.contacts, beside.influence, np.array([2, 7])
+    influence, base, tactels = known.contacts, beside.influence, np.array([2, 6])
     assert influence is not None
     shares, forces = np.zeros((2, len(known.tractions), 20)), rng.normal(size=(20, 3))
     shares[..., tactels] = rng.normal(size=(2, len(known.tractions), 2))
@@ -108,9 +113,12 @@ def test_light_of_functions_goes_forward_and_back(beside: PadModel) -> None:
     x, y = (places[::16] for places in beside.sensor.pixel_positions)
     along, across = splines.basis(base.x, x), splines.basis(base.y, y)
     summed = np.zeros((*grid.shape[:2], len(y) * len(x)))
-    for k in tactels:
-        parts = influence.matrix(x, y, int(k), slice(None))
-        summed += np.einsum("cfkpt,c,t->fkp", parts, forces[k], shares[0, :, k])
+    begin, end = first(len(known.tractions), *tactels)
+    split = np.where(end, np.arange(20), 0)  # tactels beside each other need other functions
+    for ends in ((begin, split), (split, end)):
+        for k, parts in influence.matrices(x, y, *ends).items():
+            own = shares[0, ends[0][k] : ends[1][k], k]
+            summed += np.einsum("cfkpt,c,t->fkp", parts, forces[k], own)
     expected = (across @ grid @ along.T).reshape(summed.shape)
     np.testing.assert_allclose(summed, expected, atol=1e-4 * np.abs(expected).max())
 

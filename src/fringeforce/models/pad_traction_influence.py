@@ -6,8 +6,10 @@ tactels alone that are touched, and nothing is prepared for the others.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -78,39 +80,49 @@ class TractionInfluence:
                 found[numbers, :, c] = each.reshape(len(numbers), -1)[:, tactels]
         return found
 
-    def matrix(self, x: Array, y: Array, tactel: int, chosen: slice) -> Single:
-        """Retardance of functions on one tactel at all pairs of places.
+    def matrices(self, x: Array, y: Array, begin: Index, end: Index) -> dict[int, Single]:
+        """Retardance of some functions of every tactel at all pairs of places.
 
         Parameters
         ----------
         x, y : ndarray, shape (c,), (r,)
             Places [m].
-        tactel : int
-            That whose force acts.
-        chosen : slice
-            Some of the functions.
+        begin, end : ndarray of int, shape (n,)
+            The functions of each tactel, from the first to before the last.
 
         Returns
         -------
-        ndarray, shape (3, 2, modes, r * c, l)
-            By N, T_x and T_y, of l functions [rad/N].
+        dict
+            By tactel that has any, by N, T_x and T_y, (3, 2, modes, r * c, end - begin) [rad/N].
         """
         synthesis, places = self.series.synthesis, self.series.at(x, y)
-        first, second = synthesis.orders
-        column, row = divmod(tactel, self.series.base.count[1])
-        few = np.arange(len(self.functions))[chosen]
-        shape = 3, *synthesis.waves.shape[:2], len(y) * len(x), len(few)
-        found = np.empty(shape, dtype=np.float32)
-        for numbers, spectra, loads in self._kinds:
-            own = np.flatnonzero(np.isin(few, numbers))
-            if not own.size:
-                continue
-            shapes = synthesis.ordered(spectra[np.isin(numbers, few)])
-            for field, (to_x, to_y) in enumerate(places):
-                waves = synthesis.waves[field].swapaxes(0, 1)
-                for part, wave, (load_x, load_y) in zip(found, waves, loads, strict=True):
-                    lines = (to_x * load_x[0, first, column]) @ (wave[:, None] * shapes)
-                    image = (to_y * load_y[0, second, row]) @ lines.swapaxes(2, 3)
-                    flat = image.reshape(*image.shape[:2], len(y) * len(x))
-                    part[field][..., own] = flat.swapaxes(1, 2)
+        (first, second), (_, rows) = synthesis.orders, self.series.base.count
+        shape = 3, *synthesis.waves.shape[:2], len(y) * len(x)
+        found = {
+            tactel: np.empty((*shape, end[tactel] - begin[tactel]), dtype=np.float32)
+            for tactel in np.flatnonzero(end > begin).tolist()
+        }
+        for row in sorted({tactel % rows for tactel in found}):
+            own = [tactel for tactel in found if tactel % rows == row]
+            for numbers, spectra, loads in self._kinds:
+                low, high = np.searchsorted(numbers, [begin[own].min(), end[own].max()])
+                shapes = synthesis.ordered(spectra[low:high])[:, None]
+                for (part, c), (to_x, to_y), (load_x, load_y) in _pairs(places, loads):
+                    # tactels beside each other share half of the sum
+                    wave = synthesis.waves[part, :, c]
+                    half = (shapes * wave) @ (to_y * load_y[0, second, row]).T
+                    for tactel in own:
+                        ends = [begin[tactel], end[tactel]]
+                        some = slice(*np.searchsorted(numbers[low:high], ends))
+                        image = (to_x * load_x[0, first, tactel // rows]) @ half[some]
+                        flat = image.transpose(1, 3, 2, 0).reshape(len(wave), shape[-1], -1)
+                        found[tactel][c, part][..., numbers[low:high][some] - ends[0]] = flat
         return found
+
+
+def _pairs(
+    places: list[tuple[Single, Single]], loads: Loads
+) -> Iterator[tuple[tuple[int, int], tuple[Single, Single], tuple[Single, Single]]]:
+    """Numbers of parts of the retardance and of components of forces, and what belongs to each."""
+    for (part, place), (component, load) in product(enumerate(places), enumerate(loads)):
+        yield (part, component), place, load

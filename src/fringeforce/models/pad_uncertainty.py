@@ -78,8 +78,8 @@ class ContactLight(Protocol):
         """From derivatives by the coefficients to those by shares times forces, (t, l, 3)."""
         ...
 
-    def matrix(self, x: Array, y: Array, tactel: int, chosen: slice) -> Single:
-        """Retardance of functions at pairs of places, shape (3, 2, modes, r * c, l)."""
+    def matrices(self, x: Array, y: Array, begin: Index, end: Index) -> dict[int, Single]:
+        """Retardance of some functions of every tactel, (3, 2, modes, r * c, l) each."""
         ...
 
 
@@ -175,12 +175,17 @@ class PadUncertainty:
 
     @cached_property
     def expected(self) -> tuple[Array, Array]:
-        """Mean, shape (size,), and precision, (size, size), of the unknowns before any frame."""
-        known = self.model.known
+        """Mean, shape (size,), and precision, (k, k), of the unknowns before any frame.
+
+        The last ones, of tractions, are apart from all, and have a precision of one.
+        """
+        known, tractions, mean = self.model.known, self.group(PLACEMENT), np.zeros(self.size)
+        count = self.size if tractions is None else tractions.begin
         if known is None:
-            return np.zeros(self.size), np.eye(self.size)
+            return mean, np.eye(count)
         places = {group.path: (group.place, group.std) for group in self.groups}
-        return known.expected(places, self.size)
+        mean[:count], precision = known.expected(places, count)
+        return mean, precision
 
     def group(self, path: str) -> Group | None:
         """The unknowns of a value; those of contacts are at the path of their placement."""

@@ -129,13 +129,19 @@ class ContactShapes:
         ]
         return np.array(found)
 
-    def matrix(self, x: Array, y: Array, tactel: int, chosen: slice) -> Single:
-        """Retardance at all pairs of places, shape (3, 2, modes, r * c, l)."""
-        found = [
-            np.float32(unit) * influence.matrix(x, y)[..., 3 * tactel : 3 * tactel + 3]
-            for unit, influence in zip(self.units[chosen], self.shapes[chosen], strict=True)
+    def matrices(self, x: Array, y: Array, begin: Index, end: Index) -> dict[int, Single]:
+        """Retardance at all pairs of places, (3, 2, modes, r * c, l) of every contact."""
+        each = [
+            np.float32(unit) * influence.matrix(x, y)
+            for unit, influence in zip(self.units, self.shapes, strict=True)
         ]
-        return np.ascontiguousarray(np.moveaxis(np.array(found), (0, -1), (-1, 0)))
+        found = np.moveaxis(np.array(each), (0, -1), (-1, 0))
+        return {
+            contact: np.ascontiguousarray(
+                found[3 * contact : 3 * contact + 3, ..., begin[contact] : end[contact]]
+            )
+            for contact in np.flatnonzero(end > begin).tolist()
+        }
 
 
 @dataclass(frozen=True, eq=False)

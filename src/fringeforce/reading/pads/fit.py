@@ -208,19 +208,16 @@ class Fit:
                 used = None if self.used is None else self.used[k * pixels : (k + 1) * pixels]
                 total += scale * self.sampling.information(place.modes, picture, light, used)
         else:
-            few, held = self.sampling.joint_information(place, self.used)
-            total, shown = scale * few, np.flatnonzero(held[loads:])
-            total[loads:, loads:] += self._prior.precision[np.ix_(shown, shown)]
+            total, held = self.sampling.joint_information(place, self.used)
+            total *= scale
+            total[loads:, loads:] += self._prior.among(held[loads:])
         total[own] += ridge * total[own].sum() / max(loads, 1)
         return Curvature(total, held)
 
     def _others_curvature(self, place: Place) -> Curvature:
         """The same of the unknowns of tolerances alone."""
         few, shown = self.sampling.others_information(place, self.used)
-        numbers = np.flatnonzero(shown)
-        return Curvature(
-            self._scale(place) * few + self._prior.precision[np.ix_(numbers, numbers)], shown
-        )
+        return Curvature(self._scale(place) * few + self._prior.among(shown), shown)
 
     def information(self, place: Place) -> Array:
         """The matrix of `curvature` of all unknowns, shape (3 n + q, 3 n + q)."""

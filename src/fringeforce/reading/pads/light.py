@@ -37,8 +37,8 @@ class Prior:
     Attributes
     ----------
     mean : ndarray, shape (q,)
-    precision : ndarray, shape (q, q)
-        Inverse of their covariance.
+    precision : ndarray, shape (k, k)
+        Inverse of the covariance of the first ones; the others are apart, with a variance of one.
     """
 
     mean: Array
@@ -51,7 +51,15 @@ class Prior:
 
     def slope(self, extra: Array) -> Array:
         """Half the derivative of the loss, shape (q,)."""
-        return np.asarray(self.precision @ (extra - self.mean))
+        off, count = extra - self.mean, len(self.precision)
+        return np.concatenate([self.precision @ off[:count], off[count:]])
+
+    def among(self, shown: Mask) -> Array:
+        """Precision of some of the unknowns, shape (m, m)."""
+        first = np.flatnonzero(shown[: len(self.precision)])
+        found = np.eye(int(shown.sum()))
+        found[: len(first), : len(first)] = self.precision[np.ix_(first, first)]
+        return found
 
     def loss(self, extra: Array) -> float:
         """Twice the negative logarithm, less a constant."""
@@ -86,7 +94,7 @@ class Prior:
             order = np.concatenate([own, others])
             whole = curvature.information[np.ix_(order, order)]
             told = marginal_information(whole, int(lasting.sum()))
-        mean, precision = np.zeros(uncertain.size), np.eye(uncertain.size)
+        mean, precision = np.zeros(uncertain.size), np.eye(len(first.precision))
         precision[here] = stated + REMEMBERED * (told - stated)
         expected = stated @ first.mean[lasting]
         pulled = expected + REMEMBERED * (told @ extra[lasting] - expected)

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Index
 from fringeforce.models import splines
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel
@@ -32,6 +33,8 @@ STEPPED_SIDE, STATED_SIDE = 48, 64
 EACH_TACTEL = 4
 """The same for each tactel of a row, at least: with three, squared distances of followed forces
 were 1.15 times what was stated where light is retarded by 10 rad."""
+AT_ONCE = 256
+"""Functions of tractions of which so many are combined at once: some tens of megabytes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,11 +188,11 @@ class Sampling(Lattice):
                     found = np.asarray(found + np.float32(unknown**power) * change, np.float32)
         if known.contacts is not None and state.reference is None:
             # forces that tractions are spread by bring the spread along
-            shares = known.deviations(state.extra * known.shown(state.forces)).astype(np.float32)
+            shown = known.shown(state.forces)
+            shares = known.deviations(state.extra * shown).astype(np.float32)
             found = found.copy()
-            for tactel in np.flatnonzero(shares.any(axis=0)).tolist():
-                count = int(np.flatnonzero(shares[:, tactel])[-1]) + 1
-                spread = self._contact(tactel, count) @ shares[:count, tactel]
+            for tactel, parts in self._contacts(known.deviations(shown).sum(axis=0)).items():
+                spread = parts @ shares[: parts.shape[-1], tactel]
                 found[..., 3 * tactel : 3 * tactel + 3] += np.moveaxis(spread, 0, -1)
         return found
 
@@ -224,14 +227,10 @@ class Sampling(Lattice):
         for number, change in self._moved(state):
             rows[:, :, place[number]] = np.einsum("kfp,fp->pk", weights, change)
         if known.contacts is not None:
-            spread, forces = known.deviations(shown), state.spread.reshape(-1, 3)
-            numbers, counts = known.deviations(place), spread.sum(axis=0)  # the strongest ones
-            for tactel in np.flatnonzero(counts).tolist():
-                parts = self._contact(tactel, int(counts[tactel]))
-                own = np.tensordot(forces[tactel].astype(np.float32), parts, 1)
-                shone = np.empty((count, forms, own.shape[-1]), dtype=np.float32)
-                _combine(own.reshape(-1, count, own.shape[-1]), weights, shone)
-                rows[:, :, numbers[: counts[tactel], tactel]] = shone
+            for numbers, own in self._tractions(state, shown):
+                shone = np.empty((count, forms, len(numbers)), dtype=np.float32)
+                _combine(own.reshape(-1, count, len(numbers)), weights, shone)
+                rows[:, :, place[numbers]] = shone
         if group := known.group(RESIDUAL):
             fields, even = self._residual
             halves = weights.reshape(forms, 2, -1, count)
@@ -264,23 +263,51 @@ class Sampling(Lattice):
         for number, moved in known.moved(state.modes, self.rows, self.columns):
             yield number, moved.reshape(-1, len(self.pixels))
 
+    def _tractions(self, state: Place, shown: Mask) -> Iterator[tuple[Index, Single]]:
+        """Numbers of unknowns of tractions that show, a few tactels' together, and derivatives.
+
+        The derivatives are those of the modes at the lattice, shape (2, modes, r * c, l) [rad].
+        """
+        known, forces = self.uncertain, state.spread.reshape(-1, 3).astype(np.float32)
+        assert known is not None
+        counts = known.deviations(shown).sum(axis=0)  # the strongest ones
+        numbers = known.deviations(np.arange(known.size))
+        # every tactel's would be written apart, and all at once would be large
+        contacts, own, size = self._contacts(counts), list[int](), 0
+        for tactel in contacts:
+            own.append(tactel)
+            size += int(counts[tactel])
+            if size >= AT_ONCE or tactel == max(contacts):
+                parts = [np.tensordot(forces[k], contacts[k], 1) for k in own]
+                few = [numbers[: counts[k], k] for k in own]
+                yield np.concatenate(few), np.concatenate(parts, axis=-1)
+                own, size = [], 0
+
     @cached_property
-    def _contacts(self) -> dict[int, Single]:
-        """Those of `_contact` that are known, by the tactel."""
+    def _known(self) -> dict[int, Single]:
+        """What is known of `_contacts`."""
         return {}
 
-    def _contact(self, tactel: int, count: int) -> Single:
-        """Influence of the first functions of a tactel's traction, (3, 2, modes, r * c, count)."""
+    def _contacts(self, counts: Index) -> dict[int, Single]:
+        """Influence of the first functions of tractions, (3, 2, modes, r * c, count) by tactel.
+
+        Parameters
+        ----------
+        counts : ndarray of int, shape (n,)
+            How many functions of every tactel.
+        """
+        known = self._known
         assert self.uncertain is not None
         assert self.uncertain.contacts is not None
-        influence, known = self.uncertain.contacts, self._contacts.get(tactel)
-        first = 0 if known is None else known.shape[-1]
-        if first < count:
-            added = influence.matrix(*self.places, tactel, slice(first, count))
-            known = added if known is None else np.concatenate([known, added], axis=-1)
-            self._contacts[tactel] = known
-        assert known is not None
-        return known[..., :count]
+        begin = np.zeros_like(counts)
+        for tactel, parts in known.items():
+            begin[tactel] = parts.shape[-1]
+        added = self.uncertain.contacts.matrices(*self.places, begin, counts)
+        for tactel, parts in added.items():
+            if tactel in known:
+                parts = np.concatenate([known[tactel], parts], axis=-1)
+            known[tactel] = parts
+        return {t: known[t][..., : counts[t]] for t in np.flatnonzero(counts).tolist()}
 
     @cached_property
     def _residual(self) -> tuple[Single, Single]:

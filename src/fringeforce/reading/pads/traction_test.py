@@ -135,7 +135,9 @@ class TractionTest:
 
     def _changes(self, fit: Fit, tactel: int, forces: Array) -> Callable[[int, Single], Single]:
         """Derivatives of the intensity by functions of forces (k, 3), as of `Fit.across`."""
-        whole = self._functions.matrix(*fit.sampling.places, tactel, slice(None))
+        begin = np.zeros(self._model.sensor.tactels.total, dtype=np.intp)
+        end = np.where(np.arange(len(begin)) == tactel, len(self._functions.functions), begin)
+        whole = self._functions.matrices(*fit.sampling.places, begin, end)[tactel]
         retarded = np.tensordot(forces.astype(np.float32), whole, 1)
         flat = retarded.reshape(len(forces), -1, *retarded.shape[3:])
 
