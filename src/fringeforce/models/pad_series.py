@@ -113,25 +113,28 @@ class PadSeries:
             drawn = self.pad.model_copy(update={"tolerances": Tolerances()})
             value = number_at(drawn, path)
             assert value is not None
-            pads = [with_values(drawn, {path: value[0] + way * std}) for way in (-1.0, 0.0, 1.0)]
+            ends = [with_values(drawn, {path: value[0] + way * std}) for way in (-1.0, 1.0)]
             change = self._moved if path.startswith("tactels.") else self._other
-            self._changes[path, std] = tuple(change(pads, shares) for shares in POWERS)
+            self._changes[path, std] = change(*ends)
         return self._changes[path, std]
 
-    def _moved(self, pads: list[Pad], shares: tuple[float, ...]) -> SeriesInfluence:
-        """Sum of the influences of pads with other tactels, times shares."""
-        loads = []
-        for pairs in zip(*map(self.loads, pads), strict=True):
-            along = [np.float32(share) * x for share, (x, _) in zip(shares, pairs, strict=True)]
-            loads.append((np.concatenate(along), np.concatenate([y for _, y in pairs])))
-        return SeriesInfluence(self, self.synthesis.waves, tuple(loads))
+    def _moved(self, behind: Pad, ahead: Pad) -> tuple[SeriesInfluence, ...]:
+        """`changes` from pads with other tactels."""
+        pairs = list(zip(*map(self.loads, (behind, self.pad, ahead)), strict=True))
+        along = [np.concatenate([x for x, _ in pair]) for pair in pairs]
+        across = [np.concatenate([y for _, y in pair]) for pair in pairs]
+        found = []
+        for shares in np.array(POWERS, dtype=np.float32)[..., None, None]:
+            loads = tuple((shares * x, y) for x, y in zip(along, across, strict=True))
+            found.append(SeriesInfluence(self, self.synthesis.waves, loads))
+        return tuple(found)
 
-    def _other(self, pads: list[Pad], shares: tuple[float, ...]) -> SeriesInfluence:
-        """The same of pads with other layers."""
-        each = zip(shares, pads, strict=True)
-        whole = sum(share * self._waves(pad) for share, pad in each if share)
-        waves = self.synthesis.ordered(np.asarray(whole, dtype=np.float32))
-        return SeriesInfluence(self, waves, self.loads(self.pad))
+    def _other(self, behind: Pad, ahead: Pad) -> tuple[SeriesInfluence, ...]:
+        """`changes` from pads with other layers."""
+        each = self._waves(behind), self._known[2], self._waves(ahead)
+        sums = (np.tensordot(shares, each, 1).astype(np.float32) for shares in POWERS)
+        loads = self.loads(self.pad)
+        return tuple(SeriesInfluence(self, self.synthesis.ordered(one), loads) for one in sums)
 
     def _waves(self, pad: Pad) -> Array:
         """Waves of a pad with other layers, for the same harmonics and depth profiles."""

@@ -34,7 +34,7 @@ from fringeforce.reading.findings import (
     together,
 )
 from fringeforce.reading.pads.departure_test import begun
-from fringeforce.reading.pads.fit import FIRST_STEPS, Fit, Optimum
+from fringeforce.reading.pads.fit import FIRST_STEPS, NEGLIGIBLE_GAIN, Fit, Optimum
 from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling
 from fringeforce.reading.pads.single_frame import PadFrameReader
@@ -101,6 +101,8 @@ class Candidate:
         Computes half the second derivative of the loss.
     followed : callable
         The same some steps further on.
+    sharpened : callable, optional
+        The same where no step gains more than noise in one number, if climbs end before.
     """
 
     departures: tuple[PadDeparture, ...]
@@ -112,6 +114,7 @@ class Candidate:
     taken: int
     information: Callable[[], Array]
     followed: Callable[[int], Candidate]
+    sharpened: Callable[[], Candidate] | None = None
 
     @cached_property
     def evidence(self) -> float:
@@ -255,7 +258,11 @@ class PadDiagnosis(ABC):
         least = begun[0].optimum.loss
         promising = [one for one in begun if one.optimum.loss < HOPELESS * least]
         found = [one.followed(MOST_STEPS) for one in promising[:FOLLOWED]]
-        return sorted(found, key=lambda one: -one.evidence)
+        likely = max(one.evidence for one in found) - NEGLIGIBLE_GAIN * starts[0].size / 2
+        sharp = [
+            one.sharpened() if one.sharpened and one.evidence > likely else one for one in found
+        ]
+        return sorted(sharp, key=lambda one: -one.evidence)
 
 
 class PadSquaresDiagnosis(PadDiagnosis):
@@ -309,6 +316,11 @@ class PadSquaresDiagnosis(PadDiagnosis):
             here = fit.at(optimum.forces, optimum.extra)
             return self._candidate(departures, known, fit, fit.climb(here, steps))
 
+        def sharpened() -> Candidate:
+            here = fit.at(optimum.forces, optimum.extra)
+            found = fit.climb(here, MOST_STEPS, optimum.curvature, fine=True)
+            return self._candidate(departures, known, fit, found)
+
         return Candidate(
             departures,
             known,
@@ -317,8 +329,9 @@ class PadSquaresDiagnosis(PadDiagnosis):
             known.shown(optimum.forces),
             optimum.misfit.slope,
             len(optimum.forces),
-            lambda: fit.curvature(optimum.place).information,
+            lambda: optimum.curvature.information,
             followed,
+            sharpened,
         )
 
     def _sampling(self, departures: tuple[PadDeparture, ...]) -> Sampling:

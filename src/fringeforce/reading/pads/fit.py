@@ -247,7 +247,11 @@ class Fit:
         return self._scale(place) * across, self._scale(place) * own
 
     def climb(
-        self, start: Array | Start, steps: int = MOST_STEPS, curvature: Curvature | None = None
+        self,
+        start: Array | Start,
+        steps: int = MOST_STEPS,
+        curvature: Curvature | None = None,
+        fine: bool = False,
     ) -> Optimum:
         """Climb from forces that are nearly right.
 
@@ -259,13 +263,16 @@ class Fit:
             Largest number of steps.
         curvature : Curvature, optional
             Of a place near by; computed if not given.
+        fine : bool
+            Whether gains count that are as small as those of noise in one load.
         """
         here = self.place(start) if isinstance(start, Start) else self.at(start)
         known = self.uncertain
         if self.reference is None and known is not None and known.contacts is not None:
             return self._settled(here, steps)
         loads = len(here.forces)
-        stop = Stop(NEGLIGIBLE_GAIN * loads, LAST_GAIN * loads)
+        counted = 1 if fine else loads
+        stop = Stop(NEGLIGIBLE_GAIN * counted, LAST_GAIN * counted)
         found = minimise(
             (here, self.misfit(here)),
             self._expanded,
