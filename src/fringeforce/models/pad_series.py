@@ -6,7 +6,7 @@ harmonics of the forces.  Either takes two more solutions for single waves, but 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -46,7 +46,6 @@ class PadSeries:
 
     pad: Pad
     base: PadInfluence
-    _changes: dict[tuple[str, float], tuple[SeriesInfluence, ...]] = field(default_factory=dict)
 
     @cached_property
     def _known(self) -> tuple[Array, Array, Array]:
@@ -98,6 +97,11 @@ class PadSeries:
             (x[None, :, ::rows].astype(np.float32), y[None, :, :rows].astype(np.float32))
             for x, y in found
         )
+
+    @cached_property
+    def _changes(self) -> dict[tuple[str, float], tuple[SeriesInfluence, ...]]:
+        """Those of `changes` that were asked for."""
+        return {}
 
     def changes(self, path: str, std: float) -> tuple[SeriesInfluence, ...]:
         """What the influence changes by with a value and with its square, in deviations.

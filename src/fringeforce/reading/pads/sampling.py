@@ -103,11 +103,11 @@ class Sampling(Lattice):
         loads, pixels = influence.shape[3], len(self.pixels)
         total = np.zeros((loads + int(shown.sum()),) * 2)
         for k in range(len(state.lights)):
-            root = self._root(state, k, used)
-            weights = root * self._slopes(state, k)
+            light = root, slopes = self._root(state, k, used), self._slopes(state, k)
+            weights = root * slopes
             rows = np.empty((pixels, len(weights), loads), dtype=np.float32)
             _combine(influence.reshape(-1, pixels, loads), weights, rows)
-            one, other = rows.reshape(-1, loads), self._others(state, k, shown, root)
+            one, other = rows.reshape(-1, loads), self._others(state, k, shown, light)
             total[:loads, :loads] += one.T @ one
             total[:loads, loads:] += one.T @ other
             total[loads:, loads:] += other.T @ other
@@ -120,7 +120,8 @@ class Sampling(Lattice):
         shown = self.uncertain.shown(state.spread)
         total = np.zeros((int(shown.sum()),) * 2)
         for k in range(len(state.lights)):
-            other = self._others(state, k, shown, self._root(state, k, used))
+            light = self._root(state, k, used), self._slopes(state, k)
+            other = self._others(state, k, shown, light)
             total += other.T @ other
         return total / len(self.pixels), shown
 
@@ -151,7 +152,7 @@ class Sampling(Lattice):
         influence = self.influence if known is None else self._under(state)
         across, own = 0.0, 0.0
         for k in range(len(state.lights)):
-            root, slopes = self._root(state, k, used), self._slopes(state, k)
+            light = root, slopes = self._root(state, k, used), self._slopes(state, k)
             changes = root * others(k, slopes)
             pulls = np.einsum("qsp,sfp->fqp", root * changes, slopes)
             found = np.zeros((loads + len(shown), len(changes)))
@@ -159,7 +160,7 @@ class Sampling(Lattice):
             found[:loads] = np.matmul(pulls, columns).sum(axis=0).T
             flat = changes.swapaxes(1, 2).reshape(len(changes), -1)
             if known is not None:
-                found[loads:][shown] = (flat @ self._others(state, k, shown, root)).T
+                found[loads:][shown] = (flat @ self._others(state, k, shown, light)).T
             across += found / pixels
             own += (flat @ flat.T).astype(float) / pixels
         return np.asarray(across), np.asarray(own)
@@ -201,7 +202,7 @@ class Sampling(Lattice):
         """Changes of the influence with sizes and materials, each as `influence`."""
         return {}
 
-    def _others(self, state: Place, k: int, shown: Mask, root: Single) -> Single:
+    def _others(self, state: Place, k: int, shown: Mask, light: tuple[Single, Single]) -> Single:
         """Derivatives of a picture's intensity by unknowns that show, times roots of weights.
 
         Parameters
@@ -212,8 +213,8 @@ class Sampling(Lattice):
             Number of the picture.
         shown : ndarray of bool, shape (q,)
             Unknowns that show.
-        root : ndarray, shape (r * c,)
-            Of the pixels' weights.
+        light : (ndarray, ndarray)
+            What `_root` and `_slopes` are.
 
         Returns
         -------
@@ -221,7 +222,8 @@ class Sampling(Lattice):
         """
         known, place = self.uncertain, np.cumsum(shown) - 1
         assert known is not None
-        weights = root * self._slopes(state, k)
+        root, slopes = light
+        weights = root * slopes
         forms, _, count = weights.shape
         rows = np.empty((count, forms, int(shown.sum())), dtype=np.float32)
         for number, change in self._moved(state):
