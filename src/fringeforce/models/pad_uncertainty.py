@@ -248,6 +248,12 @@ class PadUncertainty:
                 found.append((group.begin, change))
         return found
 
+    @cached_property
+    def acts_on_light(self) -> bool:
+        """Whether any unknown changes light or camera, and not the retardance alone."""
+        changed = self.brightness.any() or self.darkness.any() or self.forms
+        return bool(changed) or self.group(BLUR) is not None
+
     def pictures(self, extra: Array) -> tuple[Picture, ...]:
         """What the channels measure under unknowns, shape (size,)."""
         seen = self.model.pictures

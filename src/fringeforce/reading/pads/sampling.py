@@ -103,7 +103,7 @@ class Sampling(Lattice):
         loads, pixels = influence.shape[3], len(self.pixels)
         total = np.zeros((loads + int(shown.sum()),) * 2)
         for k in range(len(state.lights)):
-            light = root, slopes = self._root(state, k, used), self._slopes(state, k)
+            light = root, slopes = self._squares(state, k, used)
             weights = root * slopes
             rows = np.empty((pixels, len(weights), loads), dtype=np.float32)
             _combine(influence.reshape(-1, pixels, loads), weights, rows)
@@ -120,8 +120,7 @@ class Sampling(Lattice):
         shown = self.uncertain.shown(state.spread)
         total = np.zeros((int(shown.sum()),) * 2)
         for k in range(len(state.lights)):
-            light = self._root(state, k, used), self._slopes(state, k)
-            other = self._others(state, k, shown, light)
+            other = self._others(state, k, shown, self._squares(state, k, used))
             total += other.T @ other
         return total / len(self.pixels), shown
 
@@ -171,6 +170,15 @@ class Sampling(Lattice):
         if used is None:
             return np.full(len(self.pixels), forms**-0.5, np.float32)
         return np.sqrt(self.shares(used[k * pixels : (k + 1) * pixels]) / np.float32(forms))
+
+    def _squares(self, state: Place, k: int, used: Mask | None) -> tuple[Single, Single]:
+        """As `_root` and `_slopes`, or of fewer kinds whose squares add up to the same."""
+        root, known = self._root(state, k, used), self.uncertain
+        if known is None or known.acts_on_light:
+            return root, self._slopes(state, k)
+        each = np.stack(self.slopes(state.modes, state.pictures[k], state.lights[k]))
+        root = root * np.float32(len(state.pictures[k].forms) ** 0.5)
+        return root, each.reshape(len(each), -1, each.shape[-1])
 
     def _slopes(self, state: Place, k: int) -> Single:
         """Derivatives of a picture's intensity by the modes, shape (forms, 2 modes, r * c)."""
