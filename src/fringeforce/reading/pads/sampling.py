@@ -100,14 +100,15 @@ class Sampling(Lattice):
         """
         assert self.uncertain is not None
         shown, influence = self.uncertain.shown(state.spread), self._under(state)
-        loads, pixels = influence.shape[3], len(self.pixels)
+        _, pixels, loads = influence.shape
         total = np.zeros((loads + int(shown.sum()),) * 2)
         for k in range(len(state.lights)):
             light = root, slopes = self._squares(state, k, used)
             weights = root * slopes
             rows = np.empty((pixels, len(weights), loads), dtype=np.float32)
-            _combine(influence.reshape(-1, pixels, loads), weights, rows)
-            one, other = rows.reshape(-1, loads), self._others(state, k, shown, light)
+            _combine(influence, weights, rows)
+            one = rows.reshape(pixels * len(weights), loads)
+            other = self._others(state, k, shown, light)
             total[:loads, :loads] += one.T @ one
             total[:loads, loads:] += one.T @ other
             total[loads:, loads:] += other.T @ other
@@ -146,17 +147,16 @@ class Sampling(Lattice):
         own : ndarray, shape (r, r)
             The same of products of derivatives by others.
         """
-        known, (pixels, loads) = self.uncertain, self.influence.shape[2:]
+        known, influence = self.uncertain, self._under(state)
         shown = np.zeros(0, dtype=bool) if known is None else known.shown(state.spread)
-        influence = self.influence if known is None else self._under(state)
+        _, pixels, loads = influence.shape
         across, own = 0.0, 0.0
         for k in range(len(state.lights)):
             light = root, slopes = self._root(state, k, used), self._slopes(state, k)
             changes = root * others(k, slopes)
             pulls = np.einsum("qsp,sfp->fqp", root * changes, slopes)
             found = np.zeros((loads + len(shown), len(changes)))
-            columns = influence.reshape(-1, pixels, loads)
-            found[:loads] = np.matmul(pulls, columns).sum(axis=0).T
+            found[:loads] = np.matmul(pulls, influence).sum(axis=0).T
             flat = changes.swapaxes(1, 2).reshape(len(changes), -1)
             if known is not None:
                 found[loads:][shown] = (flat @ self._others(state, k, shown, light)).T
@@ -186,9 +186,11 @@ class Sampling(Lattice):
         return each.reshape(len(each), -1, each.shape[-1])
 
     def _under(self, state: Place) -> Single:
-        """Influence of squares as it is under unknowns, as `influence`."""
+        """Influence of squares as it is under unknowns, shape (2 modes, r * c, 3 n)."""
         known, found = self.uncertain, self.influence
-        assert known is not None
+        flat = 2 * found.shape[1], *found.shape[2:]
+        if known is None:
+            return found.reshape(flat)
         for group, powers in known.values:
             if unknown := float(state.extra[group.begin]):
                 if group.path not in self._values:
@@ -203,7 +205,7 @@ class Sampling(Lattice):
             for tactel, parts in self._contacts(known.deviations(shown).sum(axis=0)).items():
                 spread = parts @ shares[: parts.shape[-1], tactel]
                 found[..., 3 * tactel : 3 * tactel + 3] += np.moveaxis(spread, 0, -1)
-        return found
+        return found.reshape(flat)
 
     @cached_property
     def _values(self) -> dict[str, list[Single]]:
