@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.special import chdtri
 
-from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.compiling import copied, sums, sums_entry
 from fringeforce.estimation.frame_exposure import dot, patch_moments
 from fringeforce.estimation.frame_information import fill_combinations, fill_dots, fill_products
 from fringeforce.estimation.frame_loss import Prior
@@ -319,8 +319,9 @@ def _density(contacts, z, sides, loads, inverse, gradient):
     # the cone is quadratic on each of its sides: Newton's steps end when the sides stay the same
     before, penalty = np.empty(size), 0.0
     for _ in range(ACTIVE):
-        before[:] = sides
-        hessian[:] = bare
+        copied(sides, before)
+        for x in range(size):
+            copied(bare[x], hessian[x])
         _stiffen(contacts, sides, hessian)
         _factorise(hessian, lower)
         _substitute(lower, right, loads)
@@ -440,10 +441,10 @@ def walk(contacts, start, scale, normals, uniforms, warm, length, heat):
         step = np.exp(log_step) if t < warm else np.exp(averaged)
         step *= 0.2 if uniforms[t, 2] < 0.1 else 0.6 + 0.6 * uniforms[t, 2]
         steps = int(min(max(np.ceil(length * (0.5 + uniforms[t, 1]) / step), 1), TRAJECTORY_STEPS))
-        momentum[:] = normals[t]
+        copied(normals[t], momentum)
         before = energy / heat + 0.5 * (momentum * momentum).sum()
-        trial[:] = here
-        slope[:] = gradient
+        copied(here, trial)
+        copied(gradient, slope)
         reached = energy
         for _ in range(steps):
             for x in range(size):
@@ -468,10 +469,11 @@ def walk(contacts, start, scale, normals, uniforms, warm, length, heat):
         if not chance >= 0:
             chance = 0.0
         if uniforms[t, 0] < chance:
-            here[:] = trial
-            gradient[:] = slope
-            own[:] = loads
-            within[:] = inverse
+            copied(trial, here)
+            copied(slope, gradient)
+            copied(loads, own)
+            for x in range(most):
+                copied(inverse[x], within[x])
             energy = reached
         if t < warm:
             surplus += (WANTED - chance - surplus) / (t + 1 + 10)
@@ -479,8 +481,8 @@ def walk(contacts, start, scale, normals, uniforms, warm, length, heat):
             weight = (t + 1) ** -0.75
             averaged = weight * log_step + (1 - weight) * averaged
         else:
-            kept[t - warm] = here
-            given[t - warm] = own
+            copied(here, kept[t - warm])
+            copied(own, given[t - warm])
             energies[t - warm] = energy
             covariance += within / (count - warm)
     return kept, given, covariance, energies

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from fringeforce.estimation.compiling import entry
+from fringeforce.estimation.compiling import copied, entry, inner
+from fringeforce.estimation.frame_climb import factorised, substituted
+from fringeforce.estimation.frame_exposure import dot
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -66,12 +68,13 @@ def _fitted(line, pace, places):
             if sign * level <= sign * found[count - 1, 2]:
                 continue
             count -= 1
-        found[count] = np.array([here, sign, level, k, 1.7 * spread])
+        found[count, 0], found[count, 1], found[count, 2] = here, sign, level
+        found[count, 3], found[count, 4] = k, 1.7 * spread
         count += 1
     return found[:count]
 
 
-@entry
+@inner
 def _predicted(sign, pace, means, stds, e):
     """Level of a crossing, and its derivatives by gain, visibility and blur in their deviations."""
     g, v = means[0] + stds[0] * e[0], means[1] + stds[1] * e[1]
@@ -88,29 +91,40 @@ def _lit(found, means, stds):
     """Gain, visibility and blur in their deviations at the top of the likelihood of extremes."""
     best, top = np.zeros(3), -np.inf
     turning = np.log((1 - CROSSING) / 0.5)
+    e, slope, step, column = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    normal, root, none = np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
     for start in range(len(STARTS)):
-        e = STARTS[start] * (stds > 0)
+        for i in range(3):
+            e[i] = STARTS[start, i] if stds[i] > 0 else 0.0
         for turn in range(NEWTON_STEPS + 1):
-            normal, pull, total = np.eye(3), -e, -(e * e).sum() / 2
+            total = -dot(e, e) / 2
+            for i in range(3):
+                slope[i] = e[i]
+                for j in range(3):
+                    normal[i, j] = 1.0 if i == j else 0.0
             for k in range(len(found)):
-                sign, level, deviation, pace = found[k]
-                expected, a, b, c = _predicted(sign, pace, means, stds, e)
+                sign, level, deviation = found[k, 0], found[k, 1], found[k, 2]
+                expected, a, b, c = _predicted(sign, found[k, 3], means, stds, e)
                 miss = sign * (level - expected) / deviation
                 crosses = np.log(CROSSING / np.sqrt(2 * np.pi) / deviation) - miss**2 / 2
                 turns = turning - (miss**2 / 2 if miss > 0 else 0.0)
                 both = max(crosses, turns) + np.log1p(np.exp(-abs(crosses - turns)))
                 total += both
                 weight = np.exp(crosses - both) / deviation**2
-                column = np.array([a, b, c])
+                column[0], column[1], column[2] = a, b, c
                 for i in range(3):
-                    pull[i] += weight * column[i] * (level - expected)
+                    slope[i] -= weight * column[i] * (level - expected)
                     for j in range(3):
                         normal[i, j] += weight * column[i] * column[j]
             if turn == NEWTON_STEPS:
                 if total > top:
-                    best, top = e, total
+                    top = total
+                    copied(e, best)
                 break
-            e = e + np.clip(np.linalg.solve(normal, pull), -1.0, 1.0)
+            factorised(normal, none, 0.0, root)  # positive definite: it began as the identity
+            substituted(root, slope, step)
+            for i in range(3):
+                e[i] += min(max(step[i], -1.0), 1.0)
     return best
 
 

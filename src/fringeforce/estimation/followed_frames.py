@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.compiling import copied, sums, sums_entry
 from fringeforce.estimation.followed_point import Reference, Standing, compare, lay_out, stand
 from fringeforce.estimation.frame_exposure import fill_columns, fill_node_phase, lens
 from fringeforce.estimation.phase_stretches import emerged, motion
@@ -80,7 +80,7 @@ def _relinearise(model, reference, unknowns):
         for i in range(nodes):
             phase[i] -= unknowns[k] * columns[k, i]
             reference.columns[k, i] = columns[k, i]
-    reference.fixed[:] = phase
+    copied(phase, reference.fixed)
 
 
 @sums
@@ -159,7 +159,7 @@ def _renew_here(model, pixels, reference, standing, moved):
     state[0], state[1], state[2] = AGED * AGED / 2, LOOKED, 1.0
     if not alone:
         return moved
-    reference.anchor[:] = standing.nodes
+    copied(standing.nodes, reference.anchor)
     return 0.0
 
 
@@ -275,7 +275,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
                 shown, moved = stand(model, pixels, reference, standing)
                 evaluated = True
             if first:
-                before[:] = standing.nodes
+                copied(standing.nodes, before)
             first = False
             squared, known, broken, grouped = compare(
                 model, pixels, reference, standing, everything or turn > 0

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.compiling import copied, sums, sums_entry
 
 Array = NDArray[np.float64]
 
@@ -114,7 +114,7 @@ def fill_node_phase(model, unknowns, out):
     """Phase lead at the nodes, into `out`, shape (m,)."""
     order, at = model.profiles.shape[2], model.at
     mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
-    out[:] = model.fixed
+    copied(model.fixed, out)
     for j in range(len(model.moments)):
         contact_moments(model, unknowns, j, mean, by_place, by_width)
         for c in range(2):
@@ -200,7 +200,7 @@ def blurred(line, kernel, out):
     """A line behind a symmetric kernel; what lies beyond its ends is as the ends are."""
     size, reach = len(line), len(kernel) - 1
     padded = np.empty(size + 2 * reach)
-    padded[reach : reach + size] = line
+    copied(line, padded[reach : reach + size])
     padded[:reach] = line[0]
     padded[reach + size :] = line[size - 1]
     for p in range(size):

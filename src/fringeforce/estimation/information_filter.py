@@ -203,7 +203,9 @@ class InformationFilter:
         told = np.eye(len(off)) - precision[whole] @ _inverse(about.hessian)[whole]
         misfit = top.square > self._squares * top.count
         misfit = misfit or top.broken > self._broken
-        nodes, before = (node_phase(self.model, at) for at in (top.unknowns, start))
+        nodes, before = (  # as single as where frames are followed: loops compile once
+            node_phase(self.model, at).astype(np.float32) for at in (top.unknowns, start)
+        )
         misfit = misfit or np.abs(nodes - before).max() > JUMP
         misfit = misfit or motion(nodes, before) > self.hidden.difference
         if misfit or off @ precision[whole] @ off > _limit(told):

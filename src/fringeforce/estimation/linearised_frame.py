@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.compiling import copied, sums, sums_entry
 from fringeforce.estimation.frame_exposure import (
     blurred,
     by_gamma_of,
@@ -81,7 +81,7 @@ def _spread_columns(columns, deviation):
     for k in range(len(columns)):
         line = columns[k]
         for _ in range(passes):
-            before[:] = line
+            copied(line, before)
             left, here, right = before[:-2], before[1:-1], before[2:]
             for i in range(len(left)):
                 line[i + 1] = here[i] + share * (left[i] + right[i] - 2 * here[i])
@@ -100,7 +100,7 @@ def _blurred_back(line, kernel, out):
             padded[reach + p - step] += factor * line[p]
         for p in range(size):
             padded[reach + p + step] += factor * line[p]
-    out[:] = padded[reach : reach + size]
+    copied(padded[reach : reach + size], out)
     out[0] += padded[:reach].sum()
     out[size - 1] += padded[reach + size :].sum()
 
@@ -191,7 +191,7 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
         if deviation > 0:
             blurred(turned, kernel_of(deviation), smeared)
         else:
-            smeared[:] = turned
+            copied(turned, smeared)
         for k in range(pixels):
             p = begin + k
             if not np.isfinite(frame[p]):
@@ -212,7 +212,7 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
             if deviation > 0:
                 blurred(pulled, kernel_of(deviation), smeared)
             else:
-                smeared[:] = pulled
+                copied(pulled, smeared)
             for k in range(pixels):
                 p = begin + k
                 if weight[p] > 0:
@@ -225,7 +225,7 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
         if deviation > 0:
             _blurred_back(pulled, kernel_of(deviation), smeared)
         else:
-            smeared[:] = pulled
+            copied(pulled, smeared)
         for k in range(pixels):
             sharp[begin + k] = turned[k] * smeared[k]
     modes, shape = at.visibility - at.modes, (len(model.shares), len(model.starts))
@@ -279,12 +279,12 @@ def _weigh(band, rows, out):
     # behind margins of zeros every node has as many neighbours
     line, behind = np.zeros(m + 2 * reach), np.zeros(band.shape)
     for step in range(1, reach + 1):
-        behind[step, step:] = band[step, : m - step]
+        copied(band[step, : m - step], behind[step, step:])
     middle, a, b, c = band[0], band[1], band[2], band[3]
     p, q, r = behind[1], behind[2], behind[3]
     for x in range(len(rows)):
         own = out[x]
-        line[reach : reach + m] = rows[x]
+        copied(rows[x], line[reach : reach + m])
         far, left, near, here = line[:m], line[1 : 1 + m], line[2 : 2 + m], line[3 : 3 + m]
         next_, right, last = line[4 : 4 + m], line[5 : 5 + m], line[6 : 6 + m]
         for i in range(m):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import part, sums, sums_entry
+from fringeforce.estimation.compiling import copied, part, sums, sums_entry
 from fringeforce.estimation.frame_climb import factorised, substituted
 from fringeforce.estimation.frame_exposure import (
     bend,
@@ -304,7 +304,7 @@ def _reduced(contacts, prior, known):
     for x in range(linear):
         row = cross[x]
         if _is_linear(contacts, x):
-            row[:] = known[rank + x, :rank]
+            copied(known[rank + x, :rank], row)
         for z in range(x):
             factor, other = root[x, z], cross[z]
             for i in range(rank):
@@ -422,7 +422,7 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
         if not better:
             break
         gain, value = value - reached, reached
-        unknowns[:] = trial
+        copied(trial, unknowns)
         columns, beside = beside, columns
         point, there = there, point
         if gain < tolerance and damping < 0.1:
@@ -596,10 +596,9 @@ def changed(contacts, prior, about, state, unknowns, pulls, starts, steps):
         _told(contacts, prior, reduced, -pulls[k], unknowns, pulled, told)
         kept[k] = dot(pulled, pulled) + before
         start = unknowns.copy()
-        start[: contacts.at.fields] = starts[k, : contacts.at.fields]
-        found[k], value = _walked(
-            contacts, prior, reduced, told, 0.0, unknowns, start, 1.0, steps, 0.1
-        )
+        copied(starts[k, : contacts.at.fields], start[: contacts.at.fields])
+        best, value = _walked(contacts, prior, reduced, told, 0.0, unknowns, start, 1.0, steps, 0.1)
+        copied(best, found[k])
         kept[k] -= value
         _follow(contacts, reduced, state, pulled, unknowns, found[k])
     return found, kept

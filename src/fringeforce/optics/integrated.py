@@ -148,6 +148,13 @@ def _short(h, T, c):
     return T(c[0]) + h * (T(c[1]) + h * (T(c[2]) + h * T(c[3])))
 
 
+@njit(inline="always")
+def _copy(line, out) -> None:
+    """Copy a line: a slice on the left compiles for long, with the words of an error for shapes."""
+    for i in range(len(out)):
+        out[i] = line[i]
+
+
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
 def turn(slices, light) -> None:
     """Fill in the light, shape (3, P), of slices, shape (n, 2, P)."""
@@ -202,7 +209,8 @@ def turn_back(slices, torque, gradient) -> None:
     if _is_single(torque):
         if not _turned_back(slices, torque, gradient, True):
             return
-        torque[:] = kept
+        for k in range(3):
+            _copy(kept[k], torque[k])
     if _turned_back(slices, torque, gradient, False):
         rest, share = remainder(slices)
         _turned_back(rest, kept, gradient, False)
@@ -256,7 +264,8 @@ def turn_modes(modes, profile, light) -> None:
         stack = whole[: len(own)]
         _expand(modes, own, start, count, stack)
         turn(stack, part)
-        light[:, start : start + count] = part[:, :count]
+        for k in range(3):
+            _copy(part[k, :count], light[k, start : start + count])
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
@@ -301,7 +310,9 @@ def _merged(profile):
     for level in range(len(FEW)):
         each = max(len(profile) // FEW[level][0], 1)
         for n in range(len(profile)):
-            merged[level, n // each] += profile[n]
+            whole = merged[level, n // each]
+            for k in range(len(whole)):
+                whole[k] += profile[n, k]
     return merged
 
 

@@ -105,8 +105,10 @@ def _number(text, end, value) -> int:
     if np.signbit(value) and not isnan(value):
         text[end], end, value = _MINUS, end + 1, -value
     if isnan(value) or isinf(value):
-        text[end : end + 3] = _NAN if isnan(value) else _INF
-        return end + 3
+        for letter in _NAN if isnan(value) else _INF:
+            text[end] = letter
+            end += 1
+        return end
     if value < _TENS[0]:
         text[end] = _ZERO
         return end + 1

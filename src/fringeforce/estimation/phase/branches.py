@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fringeforce.estimation.compiling import copied
 from fringeforce.estimation.hypotheses import SAME_PHASE
 from fringeforce.estimation.phase.beam import AGREEMENT, LOOK_AHEAD, continuations
 
@@ -47,7 +48,7 @@ def _search(fold, variance, single, bias, columns, width, gate, cut):
                 parent[b, k] = k
             continue
         gain = shift / spread
-        gains[b] = gain
+        copied(gain, gains[b])
         ahead = columns[min(b + LOOK_AHEAD, blocks - 1)]
         expected, pull = means @ ahead, gain @ ahead
         best = choices[0, 0]
@@ -115,7 +116,9 @@ def _branched(means, scores, parent, phase, skipped, gains, merges, bias, column
     other = np.empty(blocks)
     for k in range(min(len(scores), ROOTS)):
         _traced(parent, phase, skipped, blocks - 1, k, base)
-        found[count], heights[count], paths[count] = means[k], scores[k], base
+        copied(means[k], found[count])
+        copied(base, paths[count])
+        heights[count] = scores[k]
         count += 1
         q = k
         for b in range(blocks - 1, -1, -1):
@@ -127,7 +130,7 @@ def _branched(means, scores, parent, phase, skipped, gains, merges, bias, column
                 break
             if lineage[b] != kept:
                 continue
-            other[:] = base
+            copied(base, other)
             if b > 0:
                 _traced(parent, phase, skipped, b - 1, source, other)
             known = False
@@ -142,8 +145,9 @@ def _branched(means, scores, parent, phase, skipped, gains, merges, bias, column
                     break
             if known:
                 continue
-            found[count] = _replayed(other, bias, columns, gains)
-            heights[count], paths[count] = scores[k] + merges[o, 3], other
+            copied(_replayed(other, bias, columns, gains), found[count])
+            copied(other, paths[count])
+            heights[count] = scores[k] + merges[o, 3]
             count += 1
     return found[:count], heights[:count]
 
