@@ -28,11 +28,18 @@ preparing: list[subprocess.Popen[bytes]] = []
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the loops that most tests need, on two cores, while workers import the tests."""
+    """Compile the loops that most tests need, on two cores, while workers import the tests.
+
+    Workers that all begin on a new machine would each compile the same modules to bytecode.
+    """
     config = session.config
     if hasattr(config, "workerinput") or config.getoption("dist", "no") == "no":
         return
-    preparing.extend(prepared.begin(what) for what in ("strips", "others"))
+    preparing.append(prepared.begin("strips"))
+    if not any(session.path.glob("tests/__pycache__/test_*.pyc")):
+        command = [sys.executable, "-m", "pytest", "--collect-only", "-q"]
+        subprocess.run(command, cwd=session.path, stdout=subprocess.DEVNULL, check=False)
+    preparing.append(prepared.begin("others"))
 
 
 @pytest.hookimpl(optionalhook=True)
