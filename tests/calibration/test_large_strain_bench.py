@@ -134,9 +134,9 @@ def test_new_frames_are_read_within_their_deviations(calibrated, bench, tmp_path
     assert total < chi_square.isf(IMPROBABLE, READ * 2 * COUNT)
 
 
-def test_contacts_at_any_place_are_taken_from_their_own_elements(bench, loads) -> None:
+def test_contacts_at_any_place_are_taken_from_their_own_elements() -> None:
     """Loads by place, beside tactels."""
-    model, rng = bench[0], np.random.default_rng(6)
+    model, rng = made("follower"), np.random.default_rng(6)
     half = 2.5e-3
     presses = [
         [ff.Press(x=x, normal=n, tangential=t * n, width=0.5e-3, profile="flat")]
@@ -151,7 +151,7 @@ def test_contacts_at_any_place_are_taken_from_their_own_elements(bench, loads) -
         moved = strip.solved([[one.normal, one.tangential]])
         phases.append(phase_of(model.sensor, strip, model.pixel_positions, moved))
     frames = model.delivered(np.array(phases), rng=7)
-    found = findings(ff.calibrate(drawing("finite", loads), frames, presses, aside=0))
+    found = findings(ff.calibrate(drawing("finite", "follower"), frames, presses, aside=0))
     own = slice(len(PARAMETERS))
     error = np.log(found.values[own] / found.drawing[own] / TRUE)
     square = error @ np.linalg.solve(found.covariance[own, own], error)

@@ -3,8 +3,10 @@
 import multiprocessing
 import shutil
 import socket
+from contextlib import AbstractContextManager
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from unittest.mock import patch
 
 from fringeforce.base.child_process import end_with_parent
 from fringeforce.design.files import load_sensor
@@ -13,6 +15,7 @@ from fringeforce.design.strip import Sensor
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.server import serve
 from fringeforce.explorer.session import FirstDesign
+from fringeforce.explorer.workers import Workers
 
 TOKEN = "token-of-the-tests"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -57,3 +60,12 @@ class LocalServer:
         if self.process is not None:
             self.process.terminate()
             self.process.join(20)
+
+
+async def _at_rest(*_: object) -> None:
+    """Load nothing."""
+
+
+def unwarmed() -> AbstractContextManager[object]:
+    """Servers in this process whose other processes load no libraries that nobody asks for."""
+    return patch.object(Workers, "warm", _at_rest)

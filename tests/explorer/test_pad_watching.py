@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from local_server import LocalServer
+from local_server import LocalServer, unwarmed
 from pages import COMPILED, expect_accessible, needs_browser, watched_page
 from playwright.sync_api import Browser, expect
 from small_pad import small_pad
@@ -68,7 +68,7 @@ def test_a_page_sees_the_pad_as_it_is() -> None:
     camera = simulated(solved(small_pad()))
     app = application(FirstDesign(small_pad()), TOKEN, camera=Source(simulated))
     found: list[Message] = []
-    with TestClient(app, base_url=HOST) as client, looking(client) as look:
+    with unwarmed(), TestClient(app, base_url=HOST) as client, looking(client) as look:
         deadline, count = time.monotonic() + 100, 0
         while len(found) < 8 and time.monotonic() < deadline:
             count += 1

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from local_server import unwarmed
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
@@ -302,6 +303,7 @@ def test_a_loaded_model_is_shown_as_it_is_and_a_changed_one_as_drawn(
     start = FirstDesign(model.sensor, pickle.dumps(measured))
     headers = {"Origin": HOST}
     with (
+        unwarmed(),
         TestClient(application(start, TOKEN), base_url=HOST) as client,
         client.websocket_connect(SOCKET, headers=headers) as socket,
     ):

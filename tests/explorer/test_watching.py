@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from local_server import unwarmed
 from pressed_camera import BLOCK, SHARE, simulated
 from starlette.testclient import TestClient
 
@@ -34,7 +35,7 @@ Look = Callable[..., Message]
 @contextmanager
 def served(sensor: ff.Sensor, source: Source | None) -> Iterator[TestClient]:
     app = application(FirstDesign(sensor), TOKEN, camera=source)
-    with TestClient(app, base_url=HOST) as client:
+    with unwarmed(), TestClient(app, base_url=HOST) as client:
         yield client
 
 
