@@ -165,13 +165,13 @@ def test_the_explorer_of_the_wheel_answers_and_has_its_bundle(
 def test_types_reach_those_who_use_the_wheel(installed: Path, tmp_path: Path) -> None:
     checker = Path(sys.executable).parent / "pyrefly"
     options = ("--preset", "default", "--python-interpreter-path", installed / "python")
-    command = (checker, "check", *options, "client.py")
     (tmp_path / "client.py").write_text(CLIENT)
-    _run(*command, cwd=tmp_path, env=_clean())
-    (tmp_path / "client.py").write_text(CLIENT + WRONG)
+    (tmp_path / "wrong.py").write_text(CLIENT + WRONG)
+    command = (checker, "check", *options, "client.py", "wrong.py")
     run = subprocess.run(
         command, cwd=tmp_path, env=_clean(), capture_output=True, text=True, check=False
     )
+    assert set(re.findall(r"--> (\S+?):\d", run.stdout)) == {"wrong.py"}, run.stdout + run.stderr
     for rule in ("missing-attribute", "no-matching-overload", "bad-assignment"):
         assert rule in run.stdout
 
