@@ -31,8 +31,9 @@ from fringeforce.mechanics.elements import (
     shape_functions,
 )
 from fringeforce.mechanics.hyperelasticity import Hyperelastic, PlaneResponse
-from fringeforce.mechanics.mesh import Mesh, strip_mesh
+from fringeforce.mechanics.mesh import GROWTH_X, Mesh, strip_mesh
 from fringeforce.mechanics.surface_loads import DeadLoad, FollowerLoad, Patches, SurfaceLoad
+from fringeforce.mechanics.surface_stability import surface_stiffness
 
 ORDER = 5
 """Polynomial order of the elements; one less changes the light of the paper's strip by 0.06 % of
@@ -51,16 +52,22 @@ FOLLOWED = 1e-2
 """Share of what a step turns follower loads by that it may leave; the next one takes it up."""
 KRYLOV = 60
 """Most iterations for that; 3 to 8 are usual."""
-SMALL = 0.05
-"""Force from whose two signs the second order is taken [N]."""
 SMALLEST_STEP = 1 / 64
 """Share of the load below which steps are not cut any more."""
 FEWEST = 1 / 4
 """The same of loads that a search only tries."""
 SAME = 1e-11
 """Distance below which ends of patches are one, for rounding [m]."""
+FOLDS = (
+    "The strip is unstable under these loads: its surface folds under them. Take smaller loads or "
+    "wider contacts."
+)
 TILT = 1e-5
 """Change of a deformation gradient to whose two signs a derivative is taken: errors are 1e-10."""
+
+
+class SurfaceFoldError(InputError):
+    """Dead loads under which short waves fold the surface; smaller steps lead there as well."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,6 +176,11 @@ class FiniteStrip:
         f[1, 1] += 1
         return f
 
+    @cached_property
+    def layer_weights(self) -> Array:
+        """Weights of the Gauss heights of the photoelastic layer [m]."""
+        return self._line(self.mesh.z[: self._rows + 1])[1]
+
     def _responses(self, gradients: Array) -> tuple[PlaneResponse, PlaneResponse]:
         cut, plane = self._rows * (self.mesh.order + 1), self.transducer.plane
         return (
@@ -239,10 +251,24 @@ class FiniteStrip:
         try:
             return self._unknowns.factorised(k.reshape(len(k), 2 * size, -1))
         except LinAlgError:
-            raise InputError(
-                "The strip is unstable under these loads: its surface folds under them. Take "
-                "smaller loads or wider contacts."
-            ) from None
+            raise InputError(FOLDS) from None
+
+    def surface_stiffness(self, coefficients: Array) -> Array:
+        """Least stiffness of short waves at Gauss points of the surface, shape (along x,) [Pa].
+
+        Below 0 dead loads fold it.
+        """
+        vx, sx, _, _ = self._at_gauss
+        vz, sz = interpolation(self.mesh.order, self.mesh.z, self.mesh.z[-1:])
+        f = np.array(
+            [
+                [along(vz, along(sx, part), axis=1)[:, 0], along(sz, along(vx, part), axis=1)[:, 0]]
+                for part in coefficients
+            ]
+        )
+        f[0, 0] += 1
+        f[1, 1] += 1
+        return surface_stiffness(self.compliant.plane(f, self.transducer.plane).tangent)
 
     @cached_property
     def patches(self) -> Patches:
@@ -257,13 +283,13 @@ class FiniteStrip:
             return FollowerLoad(self.patches, forces)
         return self.patches.dead(forces)
 
-    def _on_surface(self, nodal: Array) -> Array:
+    def on_surface(self, nodal: Array) -> Array:
         """Nodal forces of all coefficients of those of the surface, shape (..., 2, along x) [N]."""
         found = np.zeros((*nodal.shape[:-2], *self.shape))
         found[..., -1] = nodal
         return found
 
-    def _at_rest(self, load: SurfaceLoad) -> Array:
+    def at_rest(self, load: SurfaceLoad) -> Array:
         """Nodal forces of a load on the surface of the undeformed strip, shape (2, along x) [N]."""
         return load.nodal(np.zeros(self.shape[:2]))
 
@@ -304,6 +330,8 @@ class FiniteStrip:
             try:
                 target = load.scaled(min(reached + step, 1.0))
                 now, tangent = self._balanced(now, target, tangent)
+            except SurfaceFoldError:
+                raise
             except InputError:
                 step, tangent = step / 2, None
                 if step < smallest:
@@ -323,9 +351,11 @@ class FiniteStrip:
         free, last = self._free, np.inf
         for _ in range(ITERATIONS):
             parts, nodal = self._responses(self.gradients(now)), load.nodal(now[..., -1])
-            left = (self._on_surface(nodal) - self._forces(parts)).ravel()[free]
+            left = (self.on_surface(nodal) - self._forces(parts)).ravel()[free]
             norm = np.linalg.norm(left)
             if norm <= max(tolerance * float(np.linalg.norm(nodal)), ROUNDING):
+                if not load.follows and self.surface_stiffness(now).min() <= 0:
+                    raise SurfaceFoldError(FOLDS)
                 return now, tangent
             if tangent is None or norm > SLOW * last:
                 tangent = self._factorised(parts)
@@ -351,7 +381,7 @@ class FiniteStrip:
             return load.changed(now[..., -1], state[..., -1]).ravel()
 
         def on_free(forces: Array) -> Array:
-            return self._on_surface(forces.reshape(2, -1)).ravel()[self._free]
+            return self.on_surface(forces.reshape(2, -1)).ravel()[self._free]
 
         first = moved(left)
         begin = followed(first)
@@ -371,7 +401,7 @@ class FiniteStrip:
         """The tangent without load."""
         return self.tangent(np.zeros(self.shape))
 
-    def _linear(self, loads: Array) -> Array:
+    def linear(self, loads: Array) -> Array:
         """Displacements of small strain under nodal forces, shape (..., 2, along x, along z)."""
         flat = loads.reshape(-1, int(np.prod(self.shape)))
         return self._solved(self._unloaded, flat).reshape(loads.shape)
@@ -382,13 +412,15 @@ class FiniteStrip:
         found[:, self._free] = tangent.solve(loads[:, self._free].T).T
         return found
 
-    def _near(self, load: SurfaceLoad, linear: Array, smallest: float = SMALLEST_STEP) -> Array:
+    def near(self, load: SurfaceLoad, linear: Array, smallest: float = SMALLEST_STEP) -> Array:
         """Displacements in balance with a load as closely as `ENOUGH`.
 
         From those of small strain, if they lead there.
         """
         try:
             return self._balanced(linear, load, self._unloaded, ENOUGH)[0]
+        except SurfaceFoldError:
+            raise
         except InputError:  # far beyond small strain
             return self._stepped(load, step=1 / 2, smallest=smallest)
 
@@ -425,9 +457,9 @@ class FiniteStrip:
         InputError
             If no stable state is found.
         """
-        loads = self._on_surface(np.array([self._at_rest(one) for one in (load, *changes)]))
-        linear = self._linear(loads)
-        state = self._near(load, linear[0], FEWEST)
+        loads = self.on_surface(np.array([self.at_rest(one) for one in (load, *changes)]))
+        linear = self.linear(loads)
+        state = self.near(load, linear[0], FEWEST)
         small = self._small_strain(linear)
         added = self.seen_at_stations(state) - small[:, 0]
         if not len(changes):
@@ -456,7 +488,7 @@ class FiniteStrip:
             beside the strip.
         """
         mesh, points = self.mesh, np.asarray(x, dtype=float)
-        seen, _, _ = self._seen(coefficients)
+        seen, _, _ = self.seen(coefficients)
         heights, weights = self._line(mesh.z[: self._rows + 1])
         u = along(interpolation(mesh.order, mesh.z, heights)[0], coefficients[0], 1)
         half = self.transducer.length / 2
@@ -472,7 +504,7 @@ class FiniteStrip:
             total += weight * column * inside
         return total
 
-    def _seen(self, coefficients: Array) -> tuple[Array, Array, Array]:
+    def seen(self, coefficients: Array) -> tuple[Array, Array, Array]:
         """Stress difference by height of the undeformed layer, displacement and strain along x.
 
         At the stations of the mesh and the Gauss heights of the photoelastic layer.
@@ -511,33 +543,14 @@ class FiniteStrip:
             *interpolation(mesh.order, mesh.z, heights),
         )
 
-    def _orders(self, unit: Array, forces: Array, weights: Array) -> tuple[Array, Array]:
-        """First and second order of the stress along one direction of the forces."""
-        small, load = SMALL * unit, self.load(SMALL * forces)
-        # both signs of a displacement leave the even orders alone
-        inside = (self.internal_forces(small) + self.internal_forces(-small)) / 2
-        outside = (load.nodal(small[..., -1]) - load.nodal(-small[..., -1])) / 2
-        second = self._linear(self._on_surface(outside) - inside)
-        (plus, u, rise), (minus, _, _) = self._seen(small + second), self._seen(second - small)
-        first = (plus - minus) / 2
-        direct = ((plus + minus) / 2 + first * rise) @ weights
-        carried = CubicSpline(self.mesh.stations, (first * u) @ weights).derivative()
-        return first @ weights / SMALL, (direct - carried(self.mesh.stations)) / SMALL**2
-
-    @cached_property
-    def expansion(self) -> Expansion:
-        """First and second order of the stress that the light sees in the forces."""
-        return Expansion.of(self)
-
     def seen_at_stations(self, coefficients: Array) -> Array:
         """`integrated_stress` at the stations of the mesh, smooth in the forces, shape (M,).
 
         Splines carry the stress from where the material was to where the camera looks.
         """
-        seen, moved, _ = self._seen(coefficients)
-        _, weights = self._line(self.mesh.z[: self._rows + 1])
+        seen, moved, _ = self.seen(coefficients)
         x, found = self.mesh.stations, np.zeros(len(self.mesh.stations))
-        for weight, column, shift in zip(weights, seen.T, moved.T, strict=True):
+        for weight, column, shift in zip(self.layer_weights, seen.T, moved.T, strict=True):
             found += weight * CubicSpline(x + shift, column)(x)
         return found
 
@@ -558,8 +571,7 @@ class FiniteStrip:
 
     def _small_strain(self, changes: Array) -> Array:
         """`seen_slopes` without load."""
-        _, weights = self._line(self.mesh.z[: self._rows + 1])
-        return (self._turned(np.eye(2)[:, :, None, None], changes)[1] @ weights).T
+        return (self._turned(np.eye(2)[:, :, None, None], changes)[1] @ self.layer_weights).T
 
     def seen_slopes(self, coefficients: Array, changes: Array) -> Array:
         """Derivatives of `seen_at_stations` along changes of the displacements, shape (M, k).
@@ -571,86 +583,18 @@ class FiniteStrip:
         changes : ndarray, shape (k, ...)
             Changes of them.
         """
-        seen, moved, _ = self._seen(coefficients)
+        seen, moved, _ = self.seen(coefficients)
         _, gradients = self._layer_gradients(coefficients)
         gradients[0, 0] += 1
         gradients[1, 1] += 1
         carried, turned = self._turned(gradients, changes)
-        _, weights = self._line(self.mesh.z[: self._rows + 1])
         x, found = self.mesh.stations, np.zeros((len(self.mesh.stations), len(changes)))
-        for k, weight in enumerate(weights):
+        for k, weight in enumerate(self.layer_weights):
             place = x + moved[:, k]
             rising = CubicSpline(place, seen[:, k]).derivative()(place)
             own = turned[..., k] - rising * carried[..., k]
             found += weight * CubicSpline(place, own, axis=1)(x).T
         return found
-
-
-@dataclass(frozen=True, eq=False)
-class Expansion:
-    """The stress that the light sees as a power series in the forces about none.
-
-    Attributes
-    ----------
-    strip : FiniteStrip
-        Of n patches; forces run over (patch, component).
-    units : ndarray, shape (2 n, ...)
-        Coefficients of the displacements of small unit forces [m/N].
-    first : ndarray, shape (M, 2 n)
-        Psi of sum_i Psi_i f_i, at the mesh's stations [Pa m / N].
-    second : ndarray, shape (M, 2 n, 2 n)
-        H of sum_ij f_i f_j H_ij [Pa m / N^2].
-    """
-
-    strip: FiniteStrip
-    units: Array
-    first: Array
-    second: Array
-
-    @classmethod
-    def of(cls, strip: FiniteStrip) -> Expansion:
-        """Expand to second order.
-
-        With u = e u_1 + e^2 u_2 forces of order e^2 balance: K u_2 = F_1(u_1) - R_2(u_1), of
-        follower loads F_1 of first order in the displacements and internal forces R_2.  At
-        the camera's x stands the material point x - u_1, so that the integral gains
-        int (s_2 + s_1 du_1/dx) dz - d/dx int s_1 u_1 dz.  Pairs of forces follow from the sums of
-        two.
-        """
-        count = 2 * len(strip.centres)
-        forces = np.eye(count).reshape(count, -1, 2)
-        unit_loads = np.array([strip._at_rest(strip.load(one)) for one in forces])
-        units = strip._linear(strip._on_surface(unit_loads))
-        _, weights = strip._line(strip.mesh.z[: strip._rows + 1])
-        first = np.zeros((len(strip.mesh.stations), count))
-        found = np.zeros((*first.shape, count))
-        for i in range(count):
-            for j in range(i + 1):
-                pair = [i] if i == j else [i, j]
-                once, twice = strip._orders(
-                    units[pair].sum(axis=0), forces[pair].sum(axis=0), weights
-                )
-                found[:, i, j] = twice
-                if i == j:
-                    first[:, i] = once
-        own = np.einsum("mii->mi", found).copy()
-        for i in range(count):
-            for j in range(i):
-                found[:, i, j] = (found[:, i, j] - own[:, i] - own[:, j]) / 2
-                found[:, j, i] = found[:, i, j]
-        return cls(strip, units, first, found)
-
-    def rest(self, forces: Array) -> Array:
-        """What the second order leaves of the stress under forces (n, 2), shape (M,) [Pa m].
-
-        Raises
-        ------
-        InputError
-            If no stable state is found.
-        """
-        strip, flat = self.strip, forces.ravel()
-        state = strip._near(strip.load(forces), np.tensordot(flat, self.units, axes=1))
-        return strip.seen_at_stations(state) - (self.first + self.second @ flat) @ flat
 
 
 def finite_strip(
@@ -660,6 +604,7 @@ def finite_strip(
     materials: tuple[Hyperelastic, Hyperelastic] | None = None,
     order: int = ORDER,
     share: float = np.inf,
+    growth: float = GROWTH_X,
 ) -> FiniteStrip:
     """A strip under large strain on the mesh that its patches ask for.
 
@@ -676,6 +621,8 @@ def finite_strip(
     share : float
         Largest element beside the ends of a patch, along the strip and into it, over the width of
         the patch; ends that are closer together than a quarter of that are one.
+    growth : float
+        Of elements beside the ends up to the size that they have without a share.
 
     Raises
     ------
@@ -700,7 +647,7 @@ def finite_strip(
             f"strip's end at {half * 1e3:g} mm; move it or make it narrower."
         )
     marks, sizes = _apart(ends, finest, half)
-    mesh = strip_mesh(transducer, marks, order, sizes)
+    mesh = strip_mesh(transducer, marks, order, sizes, growth)
     compliant, photoelastic = materials or (
         Hyperelastic.of(transducer.compliant),
         Hyperelastic.of(transducer.photoelastic),

@@ -85,16 +85,26 @@ def cut(breaks: Array, factor: int) -> Array:
 
 
 class Progression(NamedTuple):
-    """Sizes that start at `first` and grow by `growth`, never beyond `largest` [m]."""
+    """Sizes that start at `first` and grow by `growth`, never beyond `largest` [m].
+
+    Up to `usual` they grow by `steep`, if that is more.
+    """
 
     first: float
     growth: float
     largest: float
+    usual: float = 0.0
+    steep: float = 1.0
 
     def size(self, index: int) -> float:
         """Length of one interval, counted from the beginning [m]."""
-        growths = min(index, 99)  # by then far beyond the largest, and still a float
-        return min(self.first * self.growth**growths, self.largest)
+        first, growths = self.first, min(index, 99)  # then far beyond the largest, and a float
+        if self.steep > self.growth and first < self.usual:
+            steps = int(np.ceil(np.log(self.usual / first) / np.log(self.steep)))
+            if growths < steps:
+                return min(first * self.steep**growths, self.largest)
+            first, growths = self.usual, growths - steps
+        return min(first * self.growth**growths, self.largest)
 
 
 def subdivision(length: float, left: Progression, right: Progression) -> Array:
@@ -114,6 +124,7 @@ def strip_mesh(
     positions: ArrayLike,
     order: int = ORDER,
     finest: ArrayLike = np.inf,
+    steep: float = GROWTH_X,
 ) -> Mesh:
     """The mesh that a design asks for.
 
@@ -127,6 +138,8 @@ def strip_mesh(
         Polynomial order of the elements.
     finest : array_like, shape () or (n,)
         Largest first element beside each line load, along the strip and into it [m].
+    steep : float
+        Growth of elements along the strip up to the size at which they begin without `finest`.
     """
     a, b = transducer.compliant.thickness, transducer.photoelastic.thickness
     half, depth = transducer.length / 2, a + b
@@ -135,7 +148,11 @@ def strip_mesh(
     edge = Progression(corner, CORNER_GROWTH, LARGEST * depth)
     marks = np.concatenate([[-half], np.asarray(positions, dtype=float), [half]])
     first = np.broadcast_to(finest, len(marks) - 2)
-    loads = [Progression(min(LOAD_X * a, one), GROWTH_X, LARGEST * depth) for one in first.tolist()]
+    usual = LOAD_X * a
+    loads = [
+        Progression(min(usual, one), GROWTH_X, LARGEST * depth, usual, steep)
+        for one in first.tolist()
+    ]
     ends = [edge, *loads, edge]
     widths = [
         subdivision(gap, ends[i], ends[i + 1]) for i, gap in enumerate(np.diff(marks)) if gap > 0

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, Self
+from typing import ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -28,6 +28,9 @@ class SurfaceLoad(Protocol):
 
     Displacements and forces along x and z have the shape (2, along x).
     """
+
+    follows: ClassVar[bool]
+    """Whether they depend on it."""
 
     def nodal(self, moved: Array) -> Array:
         """Forces under displacements of the surface [N]."""
@@ -47,6 +50,7 @@ class DeadLoad:
     """Nodal forces that do not depend on the displacements, shape (2, along x) [N]."""
 
     forces: Array
+    follows: ClassVar[bool] = False
 
     @classmethod
     def pressing(cls, load: Array) -> DeadLoad:
@@ -159,6 +163,7 @@ class FollowerLoad:
 
     patches: Patches
     forces: Array
+    follows: ClassVar[bool] = True
 
     def nodal(self, moved: Array) -> Array:
         """Forces under displacements of the surface, shape (2, along x) [N]."""

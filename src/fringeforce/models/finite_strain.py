@@ -15,6 +15,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.contacts.press import Press, Tractions
 from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.mechanics.finite_strain import ORDER, FiniteStrip, finite_strip
+from fringeforce.mechanics.second_order import STEEP, expansion, resolved_share
 from fringeforce.mechanics.surface_loads import DeadLoad
 from fringeforce.models.presses import tractions
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
@@ -61,8 +62,9 @@ def strip_of_tactels(sensor: Sensor, order: int = ORDER) -> FiniteStrip:
 
 @lru_cache(maxsize=8)
 def _strip(stated: str, places: tuple[float, ...], width: float, order: int) -> FiniteStrip:
-    transducer = Transducer.model_validate_json(stated)
-    return finite_strip(transducer, places, np.full(len(places), width), order=order)
+    transducer, widths = Transducer.model_validate_json(stated), np.full(len(places), width)
+    share = resolved_share(transducer, width, order)
+    return finite_strip(transducer, places, widths, order=order, share=share, growth=STEEP)
 
 
 def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
@@ -153,7 +155,7 @@ def second_order_influence(sensor: Sensor, x: Array) -> Array:
         Positions along it [m].
     """
     strip = strip_of_tactels(sensor, ELEMENT_ORDER)
-    return _at(sensor, strip, x, strip.expansion.second)
+    return _at(sensor, strip, x, expansion(strip).second)
 
 
 def beyond_second_order(sensor: Sensor, x: Array, forces: Array) -> Array:
@@ -174,7 +176,7 @@ def beyond_second_order(sensor: Sensor, x: Array, forces: Array) -> Array:
         If the strip has no stable state under the forces.
     """
     strip = strip_of_tactels(sensor, ELEMENT_ORDER)
-    return _at(sensor, strip, x, strip.expansion.rest(forces))
+    return _at(sensor, strip, x, expansion(strip).rest(forces))
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from fringeforce.base.arrays import Array
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.mechanics.finite_strain import finite_strip
+from fringeforce.mechanics.second_order import Expansion
 
 NEIGHBOURS = 2
 """Contacts on either side of one; farther ones hardly press on its light."""
@@ -50,9 +51,9 @@ def strain_error(sensor: Sensor | Pad) -> Array:
 def _error(stated: str, pitch: float, width: float, some: int) -> Array:
     centres = pitch * np.arange(-some, some + 1)
     transducer = Transducer.model_validate_json(stated).model_copy(update={"strain": "linear"})
-    found = finite_strip(
-        transducer, centres, np.full(len(centres), width), order=ELEMENT_ORDER
-    ).expansion
+    found = Expansion.of(
+        finite_strip(transducer, centres, np.full(len(centres), width), order=ELEMENT_ORDER)
+    )
     x = transducer.length * (np.arange(PLACES) + 0.5 - PLACES / 2) / PLACES
     first, second = (
         CubicSpline(found.strip.mesh.stations, stress)(x) for stress in (found.first, found.second)
