@@ -116,12 +116,16 @@ def load_frames(path: PathLike, dimensions: int = 1) -> NDArray[Any]:
     else:
         frames, found = load_array(path), dimensions
         frames = frames[None] if frames.ndim == dimensions else frames
-        most = 2 * dimensions  # an array may hold channels of images, and of lines not
-        if not dimensions < frames.ndim <= most or frames.dtype.kind not in "uif":
+        # the rows of a picture are frames of a strip, and what lies behind its columns are colours
+        channels = dimensions == 2 or Path(path).suffix.lower() == ".npy"
+        if not dimensions < frames.ndim <= dimensions + 1 + channels or (
+            frames.dtype.kind not in "uif"
+        ):
             axes = "pixels" if dimensions == 1 else "rows, columns"
             raise FileFormatError(
                 f"{path} holds {frames.dtype} of shape {frames.shape}; {SURFACES[dimensions]} are "
-                f"grey levels of shape (frames, {axes})."
+                f"grey levels of shape (frames, {axes}), or (frames, channels, {axes}) of several "
+                f"channels{', in .npy or .h5' * (dimensions == 1)}."
             )
     if found != dimensions:
         raise FileFormatError(
