@@ -20,12 +20,13 @@ TOLERANCES = {
 COLOURS = {
     "polariscope.channels": [
         {"wavelength": "red LED"},
-        {"wavelength": "525 nm"},
-        {"wavelength": "470 nm"},
+        {"wavelength": "525 nm", "noise": 4.0},
+        {"wavelength": "470 nm", "noise": 8.0},
     ],
     "polariscope.crosstalk": "5 +/- 2 %",
+    "camera.offset": 8.0,
 }
-"""A colour camera, one light of which is not of one wavelength."""
+"""A colour camera, one light of which is not of one wavelength, with noise of its own in each."""
 
 
 def slow_motion(

@@ -99,7 +99,7 @@ def test_what_a_calibration_leaves_moves_loads_as_every_pixel_says(steady, size)
     slopes = [*(response.slope(phase)[:, None] * single.influence).T]
     gain, offset = imaging.drift
     slopes += [gain * light] * bool(gain) + [np.full_like(light, offset)] * bool(offset)
-    seen = np.array(slopes)[:, used] / np.sqrt(response.variance)
+    seen = np.array(slopes)[:, used] / np.sqrt(response.at(used).variance)
     unknowns = np.zeros(model.at.size)
     unknowns[:22] = loads
 
@@ -113,7 +113,7 @@ def test_what_a_calibration_leaves_moves_loads_as_every_pixel_says(steady, size)
     pixel = steady.sensor.transducer.length / steady.sensor.camera.pixels
     lens = np.stack([change("blur", model.blur / 4) / pixel, change("gamma", 1e-4)])
     modes = imaging.level_modes(loads, phase) + imaging.lens_modes @ lens
-    modes = modes[:, used] / np.sqrt(response.variance)
+    modes = modes[:, used] / np.sqrt(response.at(used).variance)
     known = seen @ seen.T + np.eye(len(seen))
     moved = np.linalg.solve(known, seen @ modes.T)[:22]
     prior = Prior(np.zeros(model.at.size), np.ones(model.at.size), -1.0, 1e6)

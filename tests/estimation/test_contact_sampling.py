@@ -205,7 +205,8 @@ def test_a_dark_frame_bounds_loads_by_the_curvature_of_its_fringes(case: Case) -
     unit = np.zeros(at.size)
     unit[0] = 1.0
     left = [expose(model, f * unit)[0] - levels for f in along]
-    loss = np.square(left).sum(axis=1) / model.variance + posterior.prior.precision[0] * along**2
+    loss = np.square(left / np.sqrt(model.variance)).sum(axis=1)
+    loss += posterior.prior.precision[0] * along**2
     weights = np.exp(-loss / 2)
     exact = np.sqrt(weights @ along**2 / weights.sum())
     given = 1 / np.sqrt(np.linalg.inv(covariance)[0, 0])

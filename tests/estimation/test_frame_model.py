@@ -95,7 +95,7 @@ def test_linearised_loss_is_that_of_differences_of_exposed_frames(strip: FrameMo
         rng.standard_normal(strip.at.size), rng.uniform(0.5, 2, strip.at.size), -1.0, np.inf
     )
     about = linearise(strip, prior, frame, unknowns)
-    jacobian = differences(strip, unknowns) / sigma
+    jacobian = differences(strip, unknowns) / sigma[:, None]
     rest = (expose(strip, unknowns)[0] - frame) / sigma
     hessian = jacobian.T @ jacobian + np.diag(prior.precision)
     gradient = jacobian.T @ rest + prior.precision * (unknowns - prior.mean)
@@ -117,7 +117,7 @@ def test_light_of_single_channels_acts_on_their_pixels(sensor: ff.Sensor) -> Non
     strip = uncertainty(ff.characterize(sensor.replace(**values))).frame
     unknowns, light = some_unknowns(strip), np.arange(strip.at.modes, strip.at.visibility)
     sigma, frame = np.sqrt(strip.variance), expose(strip, unknowns)[0] + 1.0
-    jacobian = differences(strip, unknowns) / sigma
+    jacobian = differences(strip, unknowns) / sigma[:, None]
     own = np.abs(jacobian[:, light]).reshape(3, -1, len(light)).max(axis=1) > 0
     assert own[:, :3].sum(axis=0).tolist() == [1, 1, 1]
     assert own[:, 3:].all()
@@ -165,7 +165,9 @@ def test_climbs_end_where_scipy_ends(strip: FrameModel) -> None:
         )
 
     def slopes(unknowns: Array) -> Array:
-        return np.concatenate([differences(strip, unknowns) / sigma, np.diag(np.sqrt(precision))])
+        return np.concatenate(
+            [differences(strip, unknowns) / sigma[:, None], np.diag(np.sqrt(precision))]
+        )
 
     best = least_squares(rests, truth, jac=slopes, xtol=1e-10)
     assert loss == pytest.approx(2 * best.cost, abs=0.1)

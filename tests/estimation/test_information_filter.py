@@ -102,7 +102,7 @@ def test_gradient_is_that_of_differences_of_exposed_frames(case: Case) -> None:
 
     def half(unknowns: Array) -> float:
         left = expose(case.model, unknowns)[0] - frame
-        return float(left @ left / case.model.variance / 2)
+        return float(left @ (left / case.model.variance) / 2)
 
     rows = STEP * np.eye(len(here))
     off = found - [(half(here + row) - half(here - row)) / (2 * STEP) for row in rows]

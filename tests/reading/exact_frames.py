@@ -64,7 +64,7 @@ class Bench:
         amplitude, offset = self.light or (np.array(camera.amplitude), np.array(camera.offset))
         level = offset[..., None] + amplitude[..., None] * self.gain * light
         level = camera.full_scale * (level / camera.full_scale) ** self.gamma
-        noise = rng.uniform(-camera.noise, camera.noise, level.shape)
+        noise = self.sensor.noise[:, None] * rng.uniform(-1, 1, level.shape)
         return np.clip(np.rint(level + noise), 0, camera.full_scale).astype(np.uint8)
 
 

@@ -61,7 +61,8 @@ def test_each_channel_has_its_light(plain: ff.Sensor) -> None:
     assert np.abs(frames - levels).max() <= noise + 1e-9
     assert np.abs(model.residuals(frames, [force] * 4)).max() < 4
     rows = dict(summary(model))
-    assert rows["channels [grey levels]"].startswith("635 nm, 200 over 8; 525 nm, 150 over 12;")
+    said = rows["channels [grey levels]"]
+    assert said.startswith("635 nm, 200 over 8, noise 5; 525 nm, 150 over 12, noise 5;")
 
 
 def test_light_is_drawn_for_each_channel_and_kept_in_files(plain: ff.Sensor, tmp_path) -> None:

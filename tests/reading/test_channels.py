@@ -5,9 +5,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import fringeforce as ff
+from fringeforce.base.errors import FileFormatError
 from fringeforce.contacts.loads import polar
 from fringeforce.estimation.bounds import cramer_rao_bound
 from fringeforce.io.frames import load_frames, save_frames
+from fringeforce.optics.camera import noise_variance
 
 N, FRAMES = 11, 60
 ARRANGEMENTS = {
@@ -63,7 +65,9 @@ def test_two_pictures_in_quadrature_do_not_care_where_the_phase_is(models) -> No
     model = models["quadrature"]
     psi = model.pixel_influence.reshape(-1, 2 * N)
     slope = model.sensor.camera.amplitude / 2
-    flat = np.sqrt(np.diag(np.linalg.inv(psi.T @ psi * slope**2 / model.response.variance)))
+    flat = np.sqrt(
+        np.diag(np.linalg.inv(psi.T @ psi * slope**2 / noise_variance(model.sensor.camera)))
+    )
     for load in contacts(np.random.default_rng(2), 3):
         assert_allclose(bound(model, load).ravel(), flat, rtol=1e-9)
 
@@ -122,6 +126,13 @@ def test_frames_of_several_channels_survive_their_file(models, tmp_path) -> None
     frames = model.expose(contacts(np.random.default_rng(9), 3), rng=9)
     save_frames(tmp_path / "f.h5", frames, model.pixel_positions)
     np.testing.assert_array_equal(load_frames(tmp_path / "f.h5"), frames)
+    np.save(tmp_path / "f.npy", frames)
+    np.testing.assert_array_equal(load_frames(tmp_path / "f.npy"), frames)
+    np.save(tmp_path / "f.npy", frames[None])
+    with pytest.raises(
+        FileFormatError, match=r"or \(frames, channels, pixels\) of several channels"
+    ):
+        load_frames(tmp_path / "f.npy")
 
 
 def test_a_frame_of_another_number_of_channels_is_a_bad_frame(models) -> None:

@@ -173,7 +173,7 @@ def test_the_hessian_is_that_of_the_grey_levels(everything: ff.SensorModel) -> N
         change[k] = step
         ahead, behind = expose(frame, unknowns + change)[0], expose(frame, unknowns - change)[0]
         columns.append((ahead - behind) / (2 * step))
-    jacobian = np.array(columns).T / np.sqrt(frame.variance)
+    jacobian = (np.array(columns) / np.sqrt(frame.variance)).T
     level = expose(frame, unknowns)[0]
     # so little noise that no pixel may be a broken one
     shown = level + rng.uniform(-5, 5, len(level))

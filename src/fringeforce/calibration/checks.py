@@ -164,12 +164,12 @@ def _check_contacts(sensor: Sensor | Pad, loads: BenchLoads, levels: Array) -> N
 
 def check_changes(levels: Array, sensor: Sensor | Pad) -> None:
     """Raise for frames most of whose pixels do not change, as those of another camera."""
-    camera = sensor.camera
-    stuck = stuck_pixels(levels, camera.noise).mean()
+    stuck = stuck_pixels(levels, sensor.noise).mean()
     if stuck > MOST_STUCK:
         raise InputError(
             f"{stuck:.0%} of the pixels hardly change from frame to frame, less than by the noise "
-            f"of {camera.noise:g} grey levels in the design; give raw frames of this camera, or "
+            f"of {' or '.join(f'{one:g}' for one in np.unique(sensor.noise))} grey levels in the "
+            "design; give raw frames of this camera, or "
             "state its noise."
         )
 

@@ -278,7 +278,9 @@ def _imaging(fit: BenchFit, root: Array) -> Imaging:
         influence_modes=influence.reshape(*influence.shape[:2], -1, 2),
         amplitude_modes=amplitude * (modes @ brightness),
         offset_modes=modes @ darkness,
-        light_variance=0.0 if fit.pattern is None else fit.pattern.variance_of(fit.sound & seen),
+        light_variance=0.0
+        if fit.pattern is None
+        else fit.pattern.variance_of(fit.sound & seen, len(template.bias)),
         drift=(gain, offset),
         residual=shared[at.own("residual")] @ fields,
         phase_modes=root[residual:bright].T @ fields,

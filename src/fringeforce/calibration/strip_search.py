@@ -47,7 +47,7 @@ from fringeforce.estimation.frame_exposure import expose, node_phase, positive
 from fringeforce.estimation.shared_fit import Eliminated
 from fringeforce.models.as_built import PLACEMENT, WIDTH
 from fringeforce.models.strip import characterize
-from fringeforce.optics.camera import noise_variance
+from fringeforce.optics.camera import least_phase
 
 SHIFTS = np.arange(-2.0, 2.1, 0.25)
 """Shifts of the camera that are tried first [mm]."""
@@ -163,7 +163,7 @@ class StripSearch(BenchSearch):
         )
 
     def _first_pattern(self, references: Mapping[str, Array]) -> Pattern:
-        dark, variance, template = None, 1.0, self.bench.template
+        dark, template, variance = None, self.bench.template, self.bench.template.variance
         if "dark" in references:
             mean = references["dark"].mean(axis=0).reshape(self.channels, -1)
             along, sound = np.linspace(-1, 1, mean.shape[1]), self.sound.reshape(mean.shape)
@@ -172,7 +172,7 @@ class StripSearch(BenchSearch):
                 for line, own in zip(mean, sound, strict=True)
             ]
             dark = np.where(sound, mean - smooth, 0.0).ravel()
-            variance = noise_variance(self.sensor.camera) / len(references["dark"])
+            variance = template.variance / len(references["dark"])
         amplitude = float(np.mean(template.amplitude))
         return Pattern.first(self.levels.shape[1], amplitude, dark, variance)
 
@@ -292,8 +292,7 @@ class StripSearch(BenchSearch):
             # none at all: neither stated nor found yet
             widths = np.where(widths == 0, depth, positive(widths, narrow)[0])
             contacts.append(FrameContacts(places, widths, np.column_stack([normal, tangential])))
-        camera = self.sensor.camera
-        noise = 2 * np.sqrt(noise_variance(camera)) / float(self.sensor.light[0].max())
+        noise = least_phase(self.sensor)
         strain = before.about(
             self.sensor,
             self.mechanical,

@@ -83,6 +83,12 @@ class Channel(Light):
         ge=0,
         description="I_o of this channel, grey levels of darkness; that of the camera if not given",
     )
+    noise: Finite | None = Field(
+        default=None,
+        gt=0,
+        description="noise of this channel, grey levels, such as that of a colour which the white "
+        "balance amplifies; that of the camera if not given",
+    )
 
 
 class Plates(Part):

@@ -365,6 +365,11 @@ class Pad(Design):
         return image if channels == 1 else (channels, *image)
 
     @property
+    def noise(self) -> Array:
+        """Noise of all channels, shape (1,), grey levels."""
+        return np.array([self.camera.noise])
+
+    @property
     def pixel_positions(self) -> tuple[Array, Array]:
         """Where the pixels look, along x (columns) and along y (rows) [m]."""
         sides, camera = (self.transducer.length, self.transducer.width), self.camera

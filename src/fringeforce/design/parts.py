@@ -278,15 +278,15 @@ class Converter(Part):
 
     @model_validator(mode="after")
     def _within_converter(self) -> Self:
-        self.check_light(self.amplitude, self.offset)
+        self.check_light(self.amplitude, self.offset, self.noise)
         return self
 
-    def check_light(self, amplitude: float, offset: float) -> None:
+    def check_light(self, amplitude: float, offset: float, noise: float) -> None:
         """Refuse light that the converter cannot take.
 
         Parameters
         ----------
-        amplitude, offset : float
+        amplitude, offset, noise : float
             Of one channel, grey levels.
 
         Raises
@@ -294,7 +294,7 @@ class Converter(Part):
         ValueError
             Saying what to do.
         """
-        noise = self.noise if self.noise_model == "uniform" else 0.0
+        noise = noise if self.noise_model == "uniform" else 0.0
         brightest = amplitude + offset + noise
         if brightest > self.full_scale and not self.clipped:
             raise ValueError(

@@ -214,12 +214,14 @@ def _lines(data: dict[str, Any]) -> Tactels:
     return skin.lines(transducer.compliant.thickness)
 
 
-def _light(polariscope: Polariscope, camera: Camera) -> tuple[list[float], list[float]]:
-    """Amplitude and offset of every channel: its own, or those of the camera."""
-    seen = polariscope.pictures
-    return (
-        [camera.amplitude if one.amplitude is None else one.amplitude for one in seen],
-        [camera.offset if one.offset is None else one.offset for one in seen],
+def _light(polariscope: Polariscope, camera: Camera) -> tuple[list[float], ...]:
+    """Amplitude, offset and noise of every channel: its own, or those of the camera."""
+    return tuple(
+        [
+            getattr(camera if getattr(one, name) is None else one, name)
+            for one in polariscope.pictures
+        ]
+        for name in ("amplitude", "offset", "noise")
     )
 
 
@@ -368,8 +370,13 @@ class Sensor(Design):
     @property
     def light(self) -> tuple[Array, Array]:
         """Amplitude and offset of every channel, shape (C,) each, grey levels."""
-        amplitude, offset = _light(self.polariscope, self.camera)
+        amplitude, offset, _ = _light(self.polariscope, self.camera)
         return np.array(amplitude), np.array(offset)
+
+    @property
+    def noise(self) -> Array:
+        """Noise of every channel, shape (C,), grey levels, as of `camera.noise`."""
+        return np.array(_light(self.polariscope, self.camera)[2])
 
     @property
     def frame_shape(self) -> tuple[int, ...]:

@@ -58,8 +58,16 @@ def isolated(levels: Array, response: Response) -> Mask:
     return found
 
 
-def stuck_pixels(levels: Array, noise: float) -> Mask:
-    """Pixels that vary less from frame to frame, shape (F, P), than their own noise; shape (P,)."""
-    if noise <= 0.5:
-        return np.zeros(levels.shape[1], dtype=bool)
-    return levels.std(axis=0) < noise / 6
+def stuck_pixels(levels: Array, noise: Array | float) -> Mask:
+    """Pixels that vary less from frame to frame than their own noise, shape (P,).
+
+    Parameters
+    ----------
+    levels : ndarray, shape (F, P)
+        Grey levels, of all channels in turn.
+    noise : float or ndarray, shape (C,)
+        Of all channels or each, grey levels.
+    """
+    own = np.atleast_1d(noise)
+    own = np.repeat(own, levels.shape[1] // len(own))
+    return (own > 0.5) & (levels.std(axis=0) < own / 6)

@@ -37,7 +37,7 @@ def binned(model: FrameModel, size: int) -> FrameModel:
         offset=means(model.offset, size, channels),
         blur=float(np.sqrt(model.blur**2 + (size**2 - 1) / 12)) / size,
         blur_std=model.blur_std / size,
-        variance=model.variance / size,
+        variance=means(model.variance, size, channels) / size,
         broken=min(size * model.broken, 0.5),
     )
 

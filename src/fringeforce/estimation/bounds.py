@@ -28,7 +28,7 @@ def fisher_information(phase: Array, influence: Array, response: Response) -> Ar
         Information [1/N^2].
     """
     slopes = response.jacobian(phase, influence)
-    return np.asarray(slopes.T @ slopes / response.variance)
+    return np.asarray((slopes.T / response.variance) @ slopes)
 
 
 def cramer_rao_bound(phase: Array, influence: Array, response: Response) -> Array:

@@ -215,6 +215,12 @@ def _lit(pixels, modes, c, own, own_dark, work):
         interpolate(pixels, work, own if kind == 0 else own_dark)
 
 
+@sums
+def noise_of(model, channel):
+    """Standard deviation of the noise of a channel, grey levels."""
+    return np.sqrt(model.variance[channel * (len(model.variance) // len(model.bias))])
+
+
 @part
 def stand(model, pixels, reference, standing):
     """Evaluate the point, into `standing`.
@@ -240,7 +246,6 @@ def stand(model, pixels, reference, standing):
         way = nodes[i] - reference.anchor[i]
         moved += way * way
     modes = unknowns[at.modes : at.visibility]
-    inverse = np.float32(1 / np.sqrt(model.variance))
     gamma = power_of(model, unknowns)
     bent = gamma != 1.0 or model.srgb or at.crosstalk > at.gamma
     size = len(standing.pull)
@@ -280,7 +285,7 @@ def stand(model, pixels, reference, standing):
                 strong = amplitude[p] * relative[p]
                 relative[p] = strong
                 level[p] = (offset[p] + level[p]) + strong * half * (one - contrast * seen[p])
-        factor = inverse * half * contrast * ratio
+        factor = np.float32(1 / noise_of(model, c)) * half * contrast * ratio
         for p in range(size):
             steep[p] = factor * relative[p] * sine[p]
         if bent:
@@ -335,7 +340,6 @@ def compare(model, pixels, reference, standing, whole):
     gamma = power_of(model, unknowns)
     bent = gamma != 1.0 or model.srgb or at.crosstalk > at.gamma
     lights = at.size > at.modes and (whole or len(reference.fresh) > at.loads)
-    inverse, sigma = np.float32(1 / np.sqrt(model.variance)), np.sqrt(model.variance)
     limits = np.float32(SOUND * SOUND), np.float32(model.floor), np.float32(model.ceiling)
     pulls, pull, back = standing.pulls, standing.pull, standing.back[:size]
     gradient[:] = 0.0
@@ -346,6 +350,8 @@ def compare(model, pixels, reference, standing, whole):
         span = slice(c * size, (c + 1) * size)
         level, grey, used = standing.level[span], standing.grey[span], pixels.used[span]
         relative, seen, bend = standing.relative[span], standing.seen[span], standing.bend[span]
+        sigma = noise_of(model, c)
+        inverse = np.float32(1 / sigma)
         total, far = _rests(level, grey, used, inverse, limits, pull)
         known = 0.0
         if far > 0:
@@ -371,7 +377,7 @@ def compare(model, pixels, reference, standing, whole):
         if bent:
             for p in range(size):
                 if at.crosstalk > at.gamma:
-                    by_power += pull[p] * by_gamma_of(model, unknowns, np.float64(level[p]))
+                    by_power += pull[p] * by_gamma_of(model, unknowns, np.float64(level[p])) / sigma
         if lights:
             _light_pulled(model, pixels, reference, standing, c)
             vis = np.float32(0)
@@ -424,7 +430,7 @@ def compare(model, pixels, reference, standing, whole):
     if at.gamma > at.blur:
         gradient[at.blur] = by_width
     if at.crosstalk > at.gamma:
-        gradient[at.gamma] = by_power * model.gamma_std / np.sqrt(model.variance)
+        gradient[at.gamma] = by_power * model.gamma_std
     return squares, counted, broken, grouped
 
 
@@ -437,7 +443,7 @@ def _light_pulled(model, pixels, reference, standing, c):
         return
     span = slice(c * size, (c + 1) * size)
     contrast, half, one = np.float32(lens(model, unknowns)[0]), np.float32(0.5), np.float32(1)
-    inverse = np.float32(1 / np.sqrt(model.variance))
+    inverse = np.float32(1 / noise_of(model, c))
     gamma = power_of(model, unknowns)
     bent = gamma != 1.0 or model.srgb or at.crosstalk > at.gamma
     amplitude, seen, bend = pixels.amplitude[span], standing.seen[span], standing.bend[span]

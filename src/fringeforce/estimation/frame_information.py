@@ -150,10 +150,10 @@ def information(model, frame, unknowns, more):
                 by_gamma = by_gamma_of(model, unknowns, level[p])
                 rows[at.gamma, p] = model.gamma_std * by_gamma / slope[p]
             if np.isfinite(frame[p]):
-                weight[p] = pixel_loss(model, frame[p], level[p], sigma)[2]
+                weight[p] = pixel_loss(model, frame[p], level[p], sigma[p])[2]
     found, weighed = np.empty((total, total)), np.empty((total, len(phase)))
     for p in range(len(phase)):
-        weight[p] *= (slope[p] / sigma) ** 2
+        weight[p] *= (slope[p] / sigma[p]) ** 2
     for x in range(total):
         for p in range(len(phase)):
             weighed[x, p] = rows[x, p] * weight[p]

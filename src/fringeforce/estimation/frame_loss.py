@@ -106,7 +106,7 @@ def frame_loss(model, prior, frame, unknowns, level, sigma, heat):
     total = prior_loss(prior, model.at.loads, unknowns, heat)
     for p in range(len(frame)):
         if np.isfinite(frame[p]):
-            total += pixel_loss(model, frame[p], level[p], sigma)[0]
+            total += pixel_loss(model, frame[p], level[p], sigma[p])[0]
     return total
 
 
@@ -120,7 +120,7 @@ def weighed_squares(model, frame, level):
     square = count = broken = 0.0
     for p in range(len(frame)):
         if np.isfinite(frame[p]):
-            _, pull, weight = pixel_loss(model, frame[p], level[p], sigma)
+            _, pull, weight = pixel_loss(model, frame[p], level[p], sigma[p])
             if weight > 0:
                 square += pull * pull / weight
                 count += weight
@@ -182,5 +182,5 @@ def pulls_at(model, frame, unknowns):
     pulls = np.zeros(len(frame))
     for p in range(len(frame)):
         if np.isfinite(frame[p]):
-            pulls[p] = pixel_loss(model, frame[p], work[4][p], sigma)[1]
+            pulls[p] = pixel_loss(model, frame[p], work[4][p], sigma[p])[1]
     return pulls

@@ -98,8 +98,8 @@ class FrameModel(NamedTuple):
         Change of these with each of their unknowns.
     srgb : bool
         Whether the response is that of sRGB before that power.
-    variance : float
-        Of one pixel, squared grey levels.
+    variance : ndarray, shape (P,)
+        Of the noise, the same all along a channel, squared grey levels.
     floor, ceiling, full_scale : float
         Grey levels at which pixels are clipped, and the largest one.
     broken : float
@@ -145,7 +145,7 @@ class FrameModel(NamedTuple):
     crosstalk: Array
     leaks: Array
     srgb: bool
-    variance: float
+    variance: Array
     floor: float
     ceiling: float
     full_scale: float

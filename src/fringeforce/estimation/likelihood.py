@@ -24,8 +24,8 @@ class Response:
     ----------
     amplitude, offset : float or ndarray, shape (P,)
         A and I_o, grey levels; of all pixels or of each.
-    variance : float
-        Of one pixel, noise and rounding together, squared grey levels.
+    variance : float or ndarray, shape (P,)
+        Of all pixels or each, noise and rounding together, squared grey levels.
     floor, ceiling : float
         Grey levels at or beyond which a pixel only says 'this dark' or 'this bright'; infinite
         where the converter clips nothing.
@@ -38,7 +38,7 @@ class Response:
 
     amplitude: float | Array
     offset: float | Array
-    variance: float
+    variance: float | Array
     floor: float = -np.inf
     ceiling: float = np.inf
     bias: float | Array = 0.0
@@ -61,11 +61,9 @@ class Response:
 
     def at(self, pixels: NDArray[Any] | slice) -> Response:
         """Response of some pixels only, by a mask, by numbers or by a slice; without cross-talk."""
-        amplitude, offset, bias = (
-            value[pixels] if isinstance(value, np.ndarray) else value
-            for value in (self.amplitude, self.offset, self.bias)
-        )
-        return replace(self, amplitude=amplitude, offset=offset, bias=bias, shares=np.empty((0, 0)))
+        own = {name: getattr(self, name) for name in ("amplitude", "offset", "variance", "bias")}
+        some = {n: v[pixels] if isinstance(v, np.ndarray) else v for n, v in own.items()}
+        return replace(self, **some, shares=np.empty((0, 0)))
 
     @cached_property
     def even(self) -> bool:
@@ -115,7 +113,7 @@ def misfit(frame: Array, level: Array, response: Response) -> Misfit:
     A clipped pixel has the likelihood that noise carries it past the limit (Tobin, Econometrica 26,
     24-36, 1958); all others are Gaussian with the variance of noise and rounding.
     """
-    sigma = np.sqrt(response.variance)
+    sigma = np.broadcast_to(np.sqrt(response.variance), level.shape)
     slope = (level - frame) / sigma
     loss, weight = float(np.vdot(slope, slope)), np.ones_like(slope)
     for hidden, sign, limit in (
@@ -124,7 +122,7 @@ def misfit(frame: Array, level: Array, response: Response) -> Misfit:
     ):
         if not hidden.any():
             continue
-        beyond = sign * (level[hidden] - limit) / sigma
+        beyond = sign * (level[hidden] - limit) / sigma[hidden]
         log_chance = log_ndtr(beyond)
         hazard = np.exp(-0.5 * beyond**2 - log_chance) / np.sqrt(2 * np.pi)
         loss += float(-2 * log_chance.sum() - slope[hidden] @ slope[hidden])

@@ -196,8 +196,8 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
             p = begin + k
             if not np.isfinite(frame[p]):
                 continue
-            _, pull[p], weight[p] = pixel_loss(model, frame[p], level[p], sigma)
-            amplitude, own = model.amplitude[p] * bright[p], slope[p] / sigma
+            _, pull[p], weight[p] = pixel_loss(model, frame[p], level[p], sigma[p])
+            amplitude, own = model.amplitude[p] * bright[p], slope[p] / sigma[p]
             bases[0, p] = own * amplitude * contrast / 2 * smeared[k]
             bases[1, p] = own * model.amplitude[p] * (1 - contrast * seen[p]) / 2
             bases[2, p] = own
@@ -206,7 +206,8 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
             curve -= 2 * seen[p]
             bases[4, p] = -own * amplitude * contrast / 2 * deviation * by_blur * curve
             if gamma:
-                bases[5, p] = model.gamma_std * by_gamma_of(model, unknowns, level[p]) / sigma
+                bases[5, p] = model.gamma_std * by_gamma_of(model, unknowns, level[p])
+                bases[5, p] /= sigma[p]
         for x in range(len(model.leaks)):
             mix(model.leaks[x, c], swing, pulled)
             if deviation > 0:
@@ -216,12 +217,14 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
             for k in range(pixels):
                 p = begin + k
                 if weight[p] > 0:
-                    light = slope[p] / sigma * model.amplitude[p] * bright[p]
+                    light = slope[p] / sigma[p] * model.amplitude[p] * bright[p]
                     bases[BASES + x, p] = -light * contrast / 2 * smeared[k]
         # the gradient by the phase is exact: the point spread acts on the residuals
         for k in range(pixels):
             p = begin + k
-            pulled[k] = slope[p] / sigma * model.amplitude[p] * bright[p] * contrast / 2 * pull[p]
+            pulled[k] = (
+                slope[p] / sigma[p] * model.amplitude[p] * bright[p] * contrast / 2 * pull[p]
+            )
         if deviation > 0:
             _blurred_back(pulled, kernel_of(deviation), smeared)
         else:

@@ -51,15 +51,14 @@ class Hidden(NamedTuple):
         fields of phase are uncertain, deviations are larger; there the light must be so strong that
         the phase is not that of the multiple itself.
         """
-        light = model.amplitude.mean() * model.visibility
-        noise = np.sqrt(model.variance / max(smooth, 1.0))
+        light = float(np.mean(model.amplitude / np.sqrt(model.variance))) * model.visibility
         pixels = len(model.amplitude) / len(model.fixed)
         loads, uncertain = model.at.loads, model.at.modes > model.at.fields
         least = NEGLIGIBLE_LOSS if uncertain else loads / 16
         once = (square_limit(loads, 1 - CONFIDENCE) - loads) / 16
         return cls(
-            float(4 * np.sqrt(noise / light)),
-            float(pixels * light**2 / (4 * model.variance)),
+            float(4 * np.sqrt(1 / (light * np.sqrt(max(smooth, 1.0))))),
+            pixels * light**2 / 4,
             least,
             max(least, once),
         )

@@ -363,7 +363,8 @@ class Posterior:
         ratio = model.dispersion[:, None]
         bent = ratio**2 * np.cos(ratio * phase + model.bias[:, None])
         bent = model.crosstalk[:, :-1] @ bent if len(model.crosstalk) else bent
-        for c, own in enumerate(np.square(amplitude) * seen / model.variance):
+        told = np.square(amplitude) * seen / model.variance.reshape(seen.shape)
+        for c, own in enumerate(told):
             lumped = np.bincount(first + 1, (1 - right) * own, len(phase))
             lumped += np.bincount(first + 2, right * own, len(phase))
             found += lumped * np.square(bent[c])

@@ -71,10 +71,11 @@ def _compared(model: SensorModel, linear: Array, finite: Array) -> Answer:
         for phase in (linear, finite)
     ]
     largest, peak = np.abs(finite - linear).max(), np.abs(linear).max()
+    sigma = np.sqrt(model.response.variance)
     facts = {
         "largest": float(largest),
         "share": float(largest / peak) if peak else 0.0,
-        "deviations": float(np.abs(levels[1] - levels[0]).max() / np.sqrt(model.response.variance)),
+        "deviations": float(np.max(np.abs(levels[1] - levels[0]) / sigma)),
     }
     return facts, {"linear": linear, "finite": finite}
 

@@ -45,9 +45,9 @@ class Imaging:
         Modes of the influence matrix [rad/N].
     amplitude_modes, offset_modes : ndarray, shape (k, C P), k >= d
         Modes of the lighting, grey levels; the first d belong to the modes of the matrix.
-    light_variance : float
+    light_variance : float or ndarray, shape (C,)
         Mean variance of the grey levels that amplitude and offset of single pixels, independent
-        of each other, are uncertain by; readings count it as noise.
+        of each other, are uncertain by, of all channels or each; readings count it as noise.
     drift : pair of float
         Standard deviations from frame to frame of the gain of the amplitude, and of the offset in
         grey levels.
@@ -68,7 +68,7 @@ class Imaging:
     influence_modes: Array
     amplitude_modes: Array
     offset_modes: Array
-    light_variance: float = 0.0
+    light_variance: Array | float = 0.0
     drift: tuple[float, float] = (0.0, 0.0)
     residual: Array | None = None
     phase_modes: Array | None = None
@@ -177,13 +177,22 @@ def designed_response(sensor: Sensor, seen: Sequence[Picture]) -> Response:
     """Response of a camera to the pictures of a design, all pixels of each in turn."""
     camera, (bright, dark) = sensor.camera, sensor.light
     if len(seen) == 1 and replace(seen[0].fringe, spread=0.0) == Fringe():
-        return camera_response(camera, float(bright[0]), float(dark[0]))
+        return camera_response(camera, float(bright[0]), float(dark[0]), float(sensor.noise[0]))
     fringes = np.array([[p.fringe.amplitude, p.fringe.bias, p.fringe.offset] for p in seen]).T
     strength, lost = (together(sensor.polariscope, list(row[:, None])) for row in fringes[[0, 2]])
     own = [bright * np.ravel(strength), fringes[1], dark + bright * np.ravel(lost)]
     amplitude, bias, offset = np.repeat(own, camera.pixels, axis=1)
     shares = fringe_shares(sensor.polariscope, seen)
-    return replace(camera_response(camera, amplitude, offset), bias=bias, shares=shares)
+    light = amplitude, offset, *pixel_noise(sensor)
+    return replace(camera_response(camera, *light), bias=bias, shares=shares)
+
+
+def pixel_noise(sensor: Sensor, imaging: Imaging | None = None) -> tuple[Array, Array]:
+    """Noise of every pixel of a strip, and variance of what is uncertain of its light, (C P,)."""
+    light = np.zeros(1) if imaging is None else imaging.light_variance
+    every = np.broadcast_arrays(sensor.noise, light)
+    noise, variance = np.repeat(every, sensor.camera.pixels, axis=1)
+    return noise, variance
 
 
 def fringe_shares(light: Polariscope, seen: Sequence[Picture]) -> Array:
@@ -199,7 +208,8 @@ def camera_response(
     camera: Converter,
     amplitude: Array | float | None = None,
     offset: Array | float | None = None,
-    light_variance: float = 0.0,
+    noise: Array | float | None = None,
+    light_variance: Array | float = 0.0,
 ) -> Response:
     """Response of a camera; it clips only where its noise can carry a level beyond its range.
 
@@ -209,17 +219,20 @@ def camera_response(
         As designed.
     amplitude, offset : ndarray, shape (P,), or float, optional
         Measured ones, or those of a channel, which take the place of the design's, grey levels.
-    light_variance : float
+    noise : ndarray, shape (P,), or float, optional
+        Of channels that have their own, in place of the camera's, grey levels.
+    light_variance : ndarray, shape (P,), or float
         Variance by which they are uncertain from pixel to pixel, squared grey levels.
     """
     bright = camera.amplitude if amplitude is None else amplitude
     dark = camera.offset if offset is None else offset
-    reach = camera.noise * (1 if camera.noise_model == "uniform" else 4)
+    own = camera.noise if noise is None else noise
+    reach = own * (1 if camera.noise_model == "uniform" else 4)
     brightest = float(np.max(dark + bright + reach))
     return Response(
         amplitude=bright,
         offset=dark,
-        variance=noise_variance(camera) + light_variance,
-        floor=0.0 if np.min(dark) - reach < -0.5 else -np.inf,
+        variance=noise_variance(camera, own) + light_variance,
+        floor=0.0 if np.min(dark - reach) < -0.5 else -np.inf,
         ceiling=float(camera.full_scale) if brightest > camera.full_scale + 0.5 else np.inf,
     )

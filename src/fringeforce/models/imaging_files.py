@@ -67,7 +67,7 @@ def read_imaging(file: h5py.File) -> Imaging | None:
     read_as = {"influence_modes": read_by_tactel}
     imaging = Imaging(
         **{name: read_as.get(name, read)(file, f"imaging/{name}") for name in ARRAYS},
-        light_variance=float(np.asarray(attributes["light_variance"])),
+        light_variance=np.asarray(attributes["light_variance"], dtype=float),
         drift=(gain, offset),
         **{n: read(file, f"imaging/{n}") for n in FIELDS if f"imaging/{n}" in file},
     )

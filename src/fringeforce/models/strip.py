@@ -55,6 +55,7 @@ from fringeforce.models.imaging import (
     camera_response,
     designed_response,
     fringe_shares,
+    pixel_noise,
 )
 from fringeforce.models.imaging_files import (
     read_calibration,
@@ -203,9 +204,9 @@ class SensorModel:
         camera, imaging = self.sensor.camera, self.imaging
         if imaging is None:
             return designed_response(self.sensor, self._pictures)
-        light = imaging.amplitude, imaging.offset, imaging.light_variance
         bias = np.repeat([one.fringe.bias for one in self._pictures], camera.pixels)
         shares = fringe_shares(self.sensor.polariscope, self._pictures)
+        light = imaging.amplitude, imaging.offset, *pixel_noise(self.sensor, imaging)
         return replace(camera_response(camera, *light), bias=bias, shares=shares)
 
     def phase(
@@ -411,7 +412,10 @@ class SensorModel:
         """
         seen = self._light(np.asarray(phase, dtype=float)) * (1.0 if light is None else light)
         frame_axes = len(self.frame_shape)
-        return camera_optics.expose(self.sensor.camera, seen, rng, self.lighting, frame_axes)
+        noise = camera_optics.by_channel(self.sensor, self.sensor.noise)
+        return camera_optics.expose(
+            self.sensor.camera, seen, rng, self.lighting, frame_axes, noise=noise
+        )
 
     def as_built(self, rng: camera_optics.Rng = None) -> BuiltSensor:
         """Draw one real sensor from the tolerances of the design.

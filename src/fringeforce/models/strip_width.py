@@ -121,7 +121,9 @@ class StripWidth:
     ) -> NDArray[np.unsignedinteger]:
         """Frames of the averaged light, equation (13); arguments as for `SensorModel.expose`."""
         lighting = camera_optics.designed_lighting(self.sensor)
-        return camera_optics.expose(self.sensor.camera, self.intensity(forces), rng, lighting)
+        noise = camera_optics.by_channel(self.sensor, self.sensor.noise)
+        seen = self.intensity(forces)
+        return camera_optics.expose(self.sensor.camera, seen, rng, lighting, noise=noise)
 
 
 def strip_width(

@@ -40,6 +40,7 @@ from fringeforce.models.as_built import (
 )
 from fringeforce.models.creep import TERMS, Creep
 from fringeforce.models.finite_strain import second_order_influence
+from fringeforce.models.imaging import pixel_noise
 from fringeforce.models.node_splines import coefficients, fitted, sampled
 from fringeforce.models.strip import COVER_MODULUS, SensorModel
 from fringeforce.models.strip_width import light_line
@@ -230,7 +231,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     else:  # measured amplitudes hold the visibility already
         amplitude, offset, visibility = imaging.amplitude, imaging.offset, 1.0
     visibility_std = std.get("polariscope.visibility", 0.0)
-    variance = noise_variance(camera) + (imaging.light_variance if imaging else 0.0)
+    noise, light_variance = pixel_noise(sensor, imaging)
     per_metre = pixels / sensor.transducer.length
     blur, blur_std = (camera.blur or 0.0) * per_metre, std.get("camera.blur", 0.0) * per_metre
     gamma_std = std.get("camera.gamma", 0.0)
@@ -250,9 +251,9 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     loads = begins[1]
     at = Layout(loads, *begins[1:])
     bright = max(float(np.linalg.norm([_size(m.brightness) for m in modes])), 0.0) if modes else 0.0
-    reach_noise = camera.noise * (1 if camera.noise_model == "uniform" else 4)
-    brightest = float(np.max(offset + amplitude)) * (1 + FOLLOWED_STDS * bright) + reach_noise
-    darkest = float(np.min(offset)) - reach_noise
+    reach_noise = noise * (1 if camera.noise_model == "uniform" else 4)
+    brightest = float(np.max((offset + amplitude) * (1 + FOLLOWED_STDS * bright) + reach_noise))
+    darkest = float(np.min(offset - reach_noise))
     width = float(sensor.tactels.contact_width)
     places, widths = std.get(PLACEMENT, 0.0), std.get(WIDTH, 0.0)
     frame = FrameModel(
@@ -284,7 +285,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         crosstalk=crosstalk.shares,
         leaks=crosstalk.leaks,
         srgb=camera.response == "sRGB",
-        variance=float(variance),
+        variance=noise_variance(camera, noise) + light_variance,
         floor=0.0 if darkest < -0.5 else -np.inf,
         ceiling=float(camera.full_scale) if brightest > camera.full_scale + 0.5 else np.inf,
         full_scale=float(camera.full_scale),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import correlate1d
@@ -38,6 +40,7 @@ def expose(
     rng: Rng = None,
     lighting: Lighting | None = None,
     frame_axes: int | None = None,
+    noise: ArrayLike | None = None,
 ) -> NDArray[np.unsignedinteger]:
     """Frames as the camera delivers them, equation (13).
 
@@ -56,6 +59,8 @@ def expose(
         Amplitude and offset of every pixel or channel in place of the camera's, grey levels.
     frame_axes : int, optional
         Trailing axes of one frame, which share its light; all axes if not given.
+    noise : array_like, optional
+        Of every channel, in place of the camera's, grey levels.
 
     Returns
     -------
@@ -74,7 +79,9 @@ def expose(
         shape = light.shape[:batch] + (1,) * (light.ndim - batch)
         light = light * (1 + generator.normal(0.0, camera.drift, shape))
     levels = delivered(camera, light, lighting)
-    noisy = levels + _noise(camera, levels.shape, generator)
+    noisy = levels + (camera.noise if noise is None else noise) * _noise(
+        camera, levels.shape, generator
+    )
     dtype = np.uint8 if camera.bits <= 8 else np.uint16
     return np.clip(np.rint(noisy), 0, camera.full_scale).astype(dtype)
 
@@ -146,9 +153,13 @@ def blurred(light: Array, deviation: float) -> Array:
 
 def designed_lighting(sensor: Sensor) -> Lighting:
     """Amplitude and offset of a design, which frames of its channels can be multiplied with."""
-    shape = (-1,) if len(sensor.frame_shape) == 1 else (-1, 1)
     amplitude, offset = sensor.light
-    return amplitude.reshape(shape), offset.reshape(shape)
+    return by_channel(sensor, amplitude), by_channel(sensor, offset)
+
+
+def by_channel(sensor: Sensor, values: Array) -> Array:
+    """Values of channels, shape (C,), as frames of a strip can be multiplied with."""
+    return values.reshape((-1,) if len(sensor.frame_shape) == 1 else (-1, 1))
 
 
 def on_sensor(sensor: Sensor, light: Array) -> Array:
@@ -159,16 +170,38 @@ def on_sensor(sensor: Sensor, light: Array) -> Array:
     return blurred(light, camera.blur * camera.pixels / sensor.transducer.length)
 
 
-def noise_variance(camera: Converter) -> float:
+def noise_variance(camera: Converter, noise: Array | float | None = None) -> Any:
     """Variance of one pixel's grey level, noise and rounding together [squared grey levels].
 
     A uniform noise of half width h has h^2/3, rounding to whole levels adds 1/12.
+
+    Parameters
+    ----------
+    camera : Converter
+        Whose noise it is.
+    noise : float or ndarray, optional
+        Of channels or pixels, in place of the camera's, grey levels.
+
+    Returns
+    -------
+    float or ndarray
+        As the noise.
     """
-    noise = camera.noise**2
-    return (noise if camera.noise_model == "gaussian" else noise / 3) + 1 / 12
+    square = np.square(camera.noise if noise is None else noise)
+    return (square if camera.noise_model == "gaussian" else square / 3) + 1 / 12
+
+
+def least_phase(sensor: Sensor) -> float:
+    """Phase that changes a grey level of a strip by its noise, halfway from dark to bright [rad].
+
+    Of the channel that tells most.
+    """
+    sigma = np.sqrt(noise_variance(sensor.camera, sensor.noise))
+    return float(np.min(2 * sigma / sensor.light[0]))
 
 
 def _noise(camera: Converter, shape: tuple[int, ...], generator: np.random.Generator) -> Array:
+    """Noise of one grey level."""
     if camera.noise_model == "gaussian":
-        return generator.normal(0.0, camera.noise, shape)
-    return generator.uniform(-camera.noise, camera.noise, shape)
+        return generator.standard_normal(shape)
+    return generator.uniform(-1.0, 1.0, shape)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -50,11 +51,12 @@ class Light(NamedTuple):
     noise: float
 
     @property
-    def stated(self) -> dict[str, str]:
-        """Amplitude and offset as a design states them."""
+    def stated(self) -> dict[str, str | float]:
+        """All three as a design states them."""
         return {
             "amplitude": f"{self.amplitude:.1f} +/- 10 %",
             "offset": f"{self.offset:.1f} +/- {DARK * self.amplitude:.2g}",
+            "noise": float(f"{self.noise:.3g}"),
         }
 
 
@@ -86,7 +88,7 @@ class LineCamera:
 
     @property
     def noise(self) -> float:
-        """Of the channel that has most: a design has one noise."""
+        """Of the channel that has most."""
         return max(light.noise for light in self.lights)
 
     def to_toml(self) -> str:
@@ -102,8 +104,8 @@ class LineCamera:
             else "from the brightest and darkest pixels; calibration finds it"
         )
         own = [
-            f'# channel {c}: amplitude = "{one.stated["amplitude"]}", '
-            f'offset = "{one.stated["offset"]}", of a noise of {one.noise:.3g}'
+            f"# channel {c}: "
+            + ", ".join(f"{key} = {json.dumps(value)}" for key, value in one.stated.items())
             for c, one in enumerate(self.lights, start=1)
             if several
         ]

@@ -237,14 +237,15 @@ class _One:
         below, above = (climb(end, prior, frame, unknowns, 1.0, 0, 0.0)[1] for end in (low, high))
         gradient = (above - below) / (2 * apart) + self.size
         dark, bright = (expose(end, unknowns)[0] for end in (low, high))
-        change = (bright - dark)[seen] / apart
+        change = (bright - dark) / apart
         about = Linearised(*linearise(self.model, prior, frame, unknowns))
         first, last = (
             Linearised(*linearise(end, prior, frame, unknowns)).gradient for end in (low, high)
         )
         cross = (last - first) / apart
         follow = np.asarray(np.linalg.solve(about.hessian + about.cone, cross), dtype=float)
-        information = change @ change / self.model.variance + 1.0 - cross @ follow
+        told = (np.square(change) / self.model.variance)[seen].sum()
+        information = told + 1.0 - cross @ follow
         information = max(float(information), 1.0)
         return _Step(-float(gradient - follow @ about.gradient) / information, follow, information)
 

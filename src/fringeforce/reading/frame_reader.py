@@ -207,7 +207,7 @@ class FrameReader(ABC):
                 f"Grey levels from {darkest:g} to {brightest:g} exceed the converter's 0 to "
                 f"{camera.full_scale}."
             )
-        if darkest == brightest and camera.noise > 0.5:
+        if darkest == brightest and self.model.sensor.noise.max() > 0.5:
             return f"All pixels are {darkest:g}."
         return ""
 

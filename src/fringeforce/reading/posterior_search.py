@@ -174,7 +174,8 @@ class PosteriorSearch:
         for line, own in zip(lines, seen, strict=True):
             if own.any() and not own.all():
                 line[~own] = np.interp(along[~own], along[own], line[own])
-        variance = model.variance / np.square(model.amplitude).reshape(channels, -1).mean(axis=1)
+        bright = np.square(model.amplitude).reshape(channels, -1).mean(axis=1)
+        variance = model.variance[:: lines.shape[1]] / bright
         if len(model.crosstalk):  # every channel's own light, where all of them are seen
             own = np.linalg.inv(model.crosstalk[:, :-1])
             lines, variance = own @ lines, np.square(own) @ variance
@@ -568,9 +569,9 @@ class PosteriorSearch:
 
 def phase_information(model: FrameModel, phase: Array) -> Array:
     """Information of a frame about its phase at the nodes [1/rad^2]; some at the extremes too."""
-    strength = model.amplitude.mean() * model.visibility / 2
-    seen = np.square(strength * np.sin(phase)) + strength * np.sqrt(model.variance) / 16
-    return seen * len(model.amplitude) / len(phase) / model.variance
+    strength = np.mean(model.amplitude / np.sqrt(model.variance)) * model.visibility / 2
+    seen = np.square(strength * np.sin(phase)) + strength / 16
+    return seen * len(model.amplitude) / len(phase)
 
 
 def _decoded(model: FrameModel, grey: Array) -> Array:

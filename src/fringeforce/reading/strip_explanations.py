@@ -191,7 +191,7 @@ def told_before(posterior: Posterior, tops: list[Top], earlier: Sequence[NDArray
     return np.clip(told, -MOST_TOLD, MOST_TOLD)
 
 
-def alike(frames: Array, variance: float) -> bool:
+def alike(frames: Array, variance: Array) -> bool:
     """Whether the first and the second half of some frames, shape (k, P), differ by noise alone.
 
     By sums over neighbouring pixels, which noise changes less than motion does.
@@ -199,9 +199,9 @@ def alike(frames: Array, variance: float) -> bool:
     half = len(frames) // 2
     change = frames[half:].mean(axis=0) - frames[:half].mean(axis=0)
     starts = np.arange(0, len(change), GROUP)
-    number = np.add.reduceat(np.isfinite(change), starts)
-    sums = np.add.reduceat(np.nan_to_num(change), starts)[number > 0]
-    noise = variance * (1 / half + 1 / (len(frames) - half)) * number[number > 0]
+    noise = np.add.reduceat(np.isfinite(change) * variance, starts)
+    sums, noise = np.add.reduceat(np.nan_to_num(change), starts)[noise > 0], noise[noise > 0]
+    noise *= 1 / half + 1 / (len(frames) - half)
     return float((np.square(sums) / noise).sum()) < square_limit(len(sums), MISSED)
 
 

@@ -87,7 +87,7 @@ def local_sensitivity(sensor: Sensor, paths: Sequence[str]) -> tuple[SensorModel
     information = fisher_information(phase, influence, response)
     levels = response.jacobian(phase, (changes @ forces.ravel()).T)
     slopes = response.jacobian(phase, influence)
-    moved = np.linalg.solve(information, slopes.T @ levels / response.variance).T
+    moved = np.linalg.solve(information, (slopes.T / response.variance) @ levels).T
     shape = (len(paths), -1, *model.psi.shape[1:])
     return model, LocalSensitivity(
         tuple(paths), psi.reshape(shape), np.asarray(moved.reshape(shape)[:, 0], float)

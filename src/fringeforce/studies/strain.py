@@ -135,7 +135,7 @@ def at_load(model: SensorModel, curvature: Array, load: float) -> AtLoad:
     for left, tangent in zip(error, (influence, influence + 2 * bent), strict=True):
         information = fisher_information(true, tangent, response)
         slopes, grey = response.jacobian(true, tangent), response.jacobian(true, left[:, None])
-        moved = np.linalg.solve(information, slopes.T @ grey[:, 0] / response.variance)
+        moved = np.linalg.solve(information, slopes.T @ (grey[:, 0] / response.variance))
         spread = np.sqrt(np.diag(np.linalg.inv(information)))
         found.append(np.abs(moved).max())
         deviations.append(np.abs(moved / spread).max())

@@ -20,7 +20,7 @@ from fringeforce.design.units import READABLE
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strain_error import strain_error
 from fringeforce.models.strip import SensorModel
-from fringeforce.optics.camera import noise_variance
+from fringeforce.optics.camera import least_phase
 from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.reading.reader import Reader
 
@@ -78,8 +78,7 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
     peaks = _named(np.abs(model.pixel_influence).max(axis=(0, 1)))
     density = fringe_density(model)
     pixel = _mm(strip.length / camera.pixels)
-    # phase that changes a grey level by its noise, halfway between dark and bright
-    told = float(f"{2 * np.sqrt(noise_variance(camera)) / sensor.light[0].max():.2g}")
+    told = float(f"{least_phase(sensor):.2g}")
     size = f"{_mm(strip.length)} x {_mm(strip.width)}"
     given = strip.plane == "given"
     drawn = [
@@ -112,13 +111,15 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
 
 
 def _channels(sensor: Sensor) -> list[tuple[str, str]]:
-    """Light of every channel, if there are several."""
+    """Light and noise of every channel, if there are several."""
     polariscope = sensor.polariscope
     told = [
         f"{1e9 * (one.wavelength or polariscope.wavelength):.4g} nm"
         + f" + {one.bias:g} degrees" * bool(one.bias)
-        + f", {bright:.3g} over {dark:.3g}"
-        for one, bright, dark in zip(polariscope.pictures, *sensor.light, strict=True)
+        + f", {bright:.3g} over {dark:.3g}, noise {noise:.3g}"
+        for one, bright, dark, noise in zip(
+            polariscope.pictures, *sensor.light, sensor.noise, strict=True
+        )
     ]
     return [("channels [grey levels]", "; ".join(told))] if len(told) > 1 else []
 

@@ -36,7 +36,11 @@ class FixedPatternNoise:
 
     @classmethod
     def unseen(
-        cls, pixels: int, sizes: tuple[float, float], dark: Array | None, variance: float
+        cls,
+        pixels: int,
+        sizes: tuple[float, float],
+        dark: Array | None,
+        variance: Array | float,
     ) -> FixedPatternNoise:
         """One of which only its size is known, and its offset if there are frames in the dark.
 
@@ -48,15 +52,15 @@ class FixedPatternNoise:
             Standard deviations of amplitude and offset from pixel to pixel, grey levels.
         dark : ndarray, shape (P,)
             Measured deviations of the offset, grey levels.
-        variance : float
+        variance : float or ndarray, shape (P,)
             Variance of `dark`, squared grey levels.
         """
-        own = 1 / np.maximum(sizes, NONE) ** 2
-        measured = np.array([0.0, 0.0 if dark is None else 1 / variance])
-        offset = np.zeros(pixels) if dark is None else dark
-        whole = own + measured
-        known = np.stack([np.zeros(pixels), offset * measured[1] / whole[1]])
-        return cls(known, known, np.outer(whole, np.ones(pixels)))
+        precision = np.outer(1 / np.maximum(sizes, NONE) ** 2, np.ones(pixels))
+        known = np.zeros((2, pixels))
+        if dark is not None:
+            precision[1] += 1 / np.asarray(variance)
+            known[1] = dark / (variance * precision[1])
+        return cls(known, known, precision)
 
     def improved(self, gradient: Array, information: Array) -> FixedPatternNoise:
         """The likeliest pattern given what the frames say.

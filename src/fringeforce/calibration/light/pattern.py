@@ -34,7 +34,7 @@ class Pattern:
         Information of the frames about it.
     dark : ndarray, shape (P,), optional
         Deviations of the offset that frames in the dark show, grey levels.
-    variance : float
+    variance : float or ndarray, shape (P,)
         Of these.
     """
 
@@ -42,10 +42,12 @@ class Pattern:
     sizes: tuple[float, float]
     pixels: Array
     dark: Array | None
-    variance: float
+    variance: Array | float
 
     @classmethod
-    def first(cls, pixels: int, amplitude: float, dark: Array | None, variance: float) -> Pattern:
+    def first(
+        cls, pixels: int, amplitude: float, dark: Array | None, variance: Array | float
+    ) -> Pattern:
         """Before any frame but those in the dark."""
         sizes = FIRST[0] * amplitude, FIRST[1] * amplitude
         noise = FixedPatternNoise.unseen(pixels, sizes, dark, variance)
@@ -96,11 +98,12 @@ class Pattern:
         step = self.noise.levels - other.noise.levels
         return float(np.sqrt(np.einsum("ap,pab,bp->p", step, information, step).mean()))
 
-    def variance_of(self, used: Mask) -> float:
-        """Mean variance that the pattern's own errors give a grey level, squared grey levels."""
-        errors = np.linalg.inv(self.noise.information(self.pixels))[used]
-        shown = self.pixels[:, :, used] / np.maximum(self.pixels[1, 1, used], 1e-12)
-        return float(np.einsum("pab,abp->p", errors, shown).mean())
+    def variance_of(self, used: Mask, channels: int) -> Array:
+        """Mean variance that the pattern's own errors give a grey level of each channel, (C,)."""
+        errors = np.linalg.inv(self.noise.information(self.pixels))
+        shown = used * self.pixels / np.maximum(self.pixels[1, 1], 1e-12)
+        found = np.einsum("pab,abp->p", errors, shown).reshape(channels, -1).sum(axis=1)
+        return np.asarray(found / np.maximum(used.reshape(channels, -1).sum(axis=1), 1))
 
     def freedom(self, used: Mask) -> float:
         """Number of free unknowns that the pattern of the used pixels amounts to."""

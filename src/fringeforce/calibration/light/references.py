@@ -81,7 +81,7 @@ class References:
         kinds = list(found)
         for darker, brighter in pairwise(kinds):
             low, high = np.median(found[darker]), np.median(found[brighter])
-            if low > high + np.sqrt(noise_variance(camera)):
+            if low > high + np.sqrt(noise_variance(camera, float(sensor.noise.max()))):
                 raise InputError(
                     f"The {darker} frames (median {low:g}) are brighter than the {brighter} ones "
                     f"({high:g}); were they swapped?"

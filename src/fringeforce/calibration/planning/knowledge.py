@@ -36,7 +36,7 @@ from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.shared_fit import Eliminated
 from fringeforce.models.as_built import PLACEMENT, WIDTH
-from fringeforce.models.imaging import ABSOLUTE, Calibration, Imaging
+from fringeforce.models.imaging import ABSOLUTE, Calibration, Imaging, pixel_noise
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Crosstalk, at_nodes, uncertainty
 from fringeforce.optics.camera import noise_variance
@@ -150,7 +150,8 @@ class Knowledge:
         assert self.model.imaging is not None
         lamp = replace(self.model.imaging, drift=(scatter["gain"], scatter["offset"]))
         frame = uncertainty(replace(self.model, sensor=made, imaging=lamp)).frame
-        return frame._replace(variance=noise_variance(self.sensor.camera))
+        noise, _ = pixel_noise(self.sensor)
+        return frame._replace(variance=noise_variance(self.sensor.camera, noise))
 
     def calibrated(self, loads: Array, largest: float, modes: Array) -> Array:
         """Information (k, k) on the modes of a frame of known loads (2n,) of a bench.
