@@ -15,7 +15,6 @@ from fringeforce.estimation.bounds import fisher_information
 from fringeforce.estimation.frame_exposure import expose, node_columns
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.models.as_built import BuiltSensor
-from fringeforce.models.imaging import camera_response
 
 REPEATS = 60
 ENTRIES = tuple(PARAMETERS)
@@ -40,23 +39,27 @@ def scattered(loads: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def shaken(sensor: ff.Sensor) -> BuiltSensor:
-    """The sensor on a bench whose contacts and lamp scatter."""
-    return ff.characterize(sensor.replace(**SCATTER)).as_built(0)
+    """The sensor as drawn, on a bench whose contacts and lamp scatter."""
+    exact = sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
+    return ff.characterize(exact.replace(**SCATTER)).as_built(0)
 
 
 def slopes(model: FrameModel, unknowns: np.ndarray, count: int) -> np.ndarray:
     """Derivatives of the grey levels by the first unknowns, shape (P, count).
 
-    Of a sharp camera with a linear response: a fringe changes with its phase by half of what lies
-    between those a quarter of a turn ahead and behind.
+    Of a sharp camera with a linear response: the fringes of a channel change with its phase by half
+    of what lies between those a quarter of a turn ahead and behind.
     """
-    ahead, behind = (
-        expose(model._replace(bias=model.bias + turn), unknowns)[0]
-        for turn in (np.pi / 2, -np.pi / 2)
-    )
+    change = np.zeros(len(model.amplitude))
+    for channel, ratio in zip(np.eye(len(model.bias)), model.dispersion, strict=True):
+        ahead, behind = (
+            expose(model._replace(bias=model.bias + turn * channel), unknowns)[0]
+            for turn in (np.pi / 2, -np.pi / 2)
+        )
+        change += ratio * (ahead - behind) / 2
     nodes = model.first[:, None] + np.arange(4)
     columns = np.einsum("pk,upk->pu", model.weights, node_columns(model, unknowns)[:count, nodes])
-    return (ahead - behind)[:, None] / 2 * columns
+    return change[:, None] * columns
 
 
 class Simulation:
@@ -64,8 +67,7 @@ class Simulation:
 
     def __init__(self, model: ff.SensorModel, typical: np.ndarray) -> None:
         self.model, self.bench = model, shaken(model.sensor)
-        truth = model.pixel_influence.reshape(model.sensor.camera.pixels, -1)
-        response = camera_response(model.sensor.camera)
+        truth, response = model.frame_influence, model.response
         self.typical = typical.reshape(len(typical), -1)
         told = [fisher_information(truth @ f, truth, response) for f in self.typical]
         spreads = np.linalg.inv(told)
@@ -89,7 +91,8 @@ class Simulation:
         return self.model.sensor.tactels.positions[:, None]
 
     def _frames(self, loads: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        return self.bench.expose(scattered(loads, rng), rng=rng).astype(float)
+        frames = self.bench.expose(scattered(loads, rng), rng=rng)
+        return frames.reshape(len(frames), -1).astype(float)
 
     def _reader(self) -> Callable[[State], float]:
         """What reads typical loads with the sensor that a fit found, and says how far it errs."""

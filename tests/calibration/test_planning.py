@@ -30,6 +30,7 @@ N, BUDGET, RUNS = 11, 8, 5
 TWO = PARAMETERS[:2]
 POISSON = "transducer.photoelastic.poissons_ratio"
 LIGHT = np.full(256, 200.0), np.full(256, 20.0)
+WAVES = "635 nm", "525 nm", "470 nm"
 
 
 @pytest.fixture(scope="module")
@@ -122,10 +123,9 @@ def test_calibrations_scatter_as_was_predicted_without_a_frame(small) -> None:
 
 @pytest.mark.parametrize("kind", ["colours", "quadrature"])
 def test_calibrations_of_several_channels_scatter_as_was_predicted(small, kind) -> None:
-    waves = "635 nm", "525 nm", "470 nm"
     colours = [
         {"wavelength": wave, "amplitude": grey}
-        for wave, grey in zip(waves, (100, 80, 110), strict=True)
+        for wave, grey in zip(WAVES, (100, 80, 110), strict=True)
     ]
     lights = colours if kind == "colours" else [{"bias": 0}, {"bias": 90}]
     shares = {"polariscope.crosstalk": "10 +/- 5 %"} if kind == "colours" else {}
@@ -154,6 +154,22 @@ def test_the_error_added_to_readings_is_as_predicted(plan, planned_errors) -> No
     error = planned_errors.std() / np.sqrt(REPEATS)
     assert abs(planned_errors.mean() - added_share(plan) ** 2) < 4 * error
     assert error < 0.2 * planned_errors.mean()  # so that the comparison says something
+
+
+def test_the_error_added_to_readings_of_several_channels_is_as_predicted(small) -> None:
+    lights = [
+        {"wavelength": wave, "amplitude": grey, "noise": noise}
+        for wave, grey, noise in zip(WAVES, (200, 160, 220), (3, 5, 9), strict=True)
+    ]
+    shares = {"polariscope.crosstalk": "10 +/- 5 %", "camera.amplitude": 200.0}
+    drawn = small.replace(**{"camera.offset": 12.0, "polariscope.channels": lights, **shares})
+    model = ff.characterize(drawn)
+    typical = typical_loads(model, ff.Limits(), 6)
+    plan = ff.plan_presses(drawn, BUDGET, typical=typical)
+    errors = Simulation(model, typical).added(plan.loads)
+    error = errors.std() / np.sqrt(REPEATS)
+    assert abs(errors.mean() - added_share(plan) ** 2) < 4 * error
+    assert error < 0.2 * errors.mean()
 
 
 @pytest.mark.parametrize("kind", ["random", "even"])

@@ -130,7 +130,7 @@ class BenchSearch(ABC):
         self.pattern: Pattern | None = None
         self.seen: Mask = np.ones(levels.shape[1], dtype=bool)
         self.stated = sensor.tolerances
-        self.alive = ~stuck_pixels(levels, sensor.camera.noise)
+        self.alive = ~stuck_pixels(levels, sensor.noise)
         self.sound = self.alive.copy()
         self.wanted = np.ones(len(levels), dtype=bool)
         self.kept = self.wanted.copy()
@@ -318,12 +318,13 @@ class BenchSearch(ABC):
         sizes = plain.expected.sizes | {"normal": UNSTATED, "tangential": UNSTATED}
         return replace(plain, expected=replace(plain.expected, sizes=sizes))
 
-    def misfit(self) -> float:
-        """Median over the frames of the reduced chi-square, contacts included."""
+    def misfit(self, few: Mask | None = None) -> float:
+        """Median over all frames, or a few, of the reduced chi-square, contacts included."""
         posterior = self.posterior(np.ones(len(self.levels)), 1.0)
         models = posterior.models(self.state.shared)
         _, squares, counts = posterior.loss(self.state, models)
-        return float(np.median(squares / np.maximum(counts, 1.0)))
+        misfits = squares / np.maximum(counts, 1.0)
+        return float(np.median(misfits if few is None else misfits[few]))
 
     def allowed(self, shared: Array, step: Array) -> Array:
         """A step (S,) of the shared unknowns (S,) that leaves them where the sensor is solved."""

@@ -152,7 +152,9 @@ def _wrong_load(model: SensorModel, levels: Array, loads: BenchLoads, row: int) 
     """What is wrong with one frame: what it was recorded as, and what it looks like."""
     recorded = described(loads.rows([row]))
     said = f"Frame {row}, recorded as {recorded}, contradicts the others and was left out"
-    if there := _found_elsewhere(model, row):
+    if model.calibration is None or not model.calibration.usable:
+        return f"{said}."  # what is of no use reads nothing that can be believed
+    if there := _found_elsewhere(model.calibration, row):
         return f"{said}; it looks like {there}."
     reading = Reader(model).search(levels.reshape(model.frame_shape))
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
@@ -163,9 +165,9 @@ def _wrong_load(model: SensorModel, levels: Array, loads: BenchLoads, row: int) 
     return f"{said}; no load explains it: the contact may have slipped."
 
 
-def _found_elsewhere(model: SensorModel, row: int) -> str:
+def _found_elsewhere(found: Calibration, row: int) -> str:
     """The single contact of a frame left out, if it was found."""
-    record = None if model.calibration is None else model.calibration.record
+    record = found.record
     if record is None:
         return ""
     for x, normal, tangential, _ in record.found[record.frames == row]:

@@ -23,6 +23,7 @@ from fringeforce.calibration.bench_search import (
     REFITS,
     ROUNDS,
     STAGES,
+    STEPS,
     BenchSearch,
     Check,
     inverse,
@@ -37,8 +38,9 @@ DETECTED = 4.0
 """Standard deviations of chance that a scatter must exceed noise by to be called one: the variance
 of n values is sure to sqrt(2 / n), and the share s / (1 - s) of it is not noise."""
 ROUGH_STEPS = 6
-"""Most steps of a descent of a rough fit, whose frames are weighed once for each heat: right loads
-lead down in three or four, and others wander for long and explain no more."""
+"""Most steps of a descent where nothing is explained yet, as in rough fits, whose frames are
+weighed once for each heat: right loads lead down in three or four, and others wander for long and
+explain no more."""
 HOPELESS = 1.5
 """Median misfit of frames beyond which more rounds do not make a bench explained."""
 
@@ -144,6 +146,11 @@ def fitted(
     total = len(STAGES) + ROUNDS + 2
     report("Finding the sensor", 0, total)
     search.begin()
+
+    def hopeless(few: Mask | None = None) -> bool:
+        plain = not columns and search.pattern is None
+        return plain and search.misfit(few) > HOPELESS
+
     before = np.zeros(len(search.kept), dtype=bool)
     for number, limit in enumerate(STAGES):
         few = search.calm(limit)
@@ -153,12 +160,15 @@ def fitted(
         report(f"Fitting {few.sum()} frames", 1 + number, total)
         for heat in HEATS if number == 0 else HEATS[-1:]:
             search.descend(few, heat)
+        if hopeless(few):  # more frames explain no more
+            break
     for number in range(ROUNDS):
         report(f"Fitting {search.kept.sum()} frames", 1 + len(STAGES) + number, total)
         if columns and number == FREED:
             search.free_columns()
-        hopeless = not columns and search.pattern is None and search.misfit() > HOPELESS
-        if (search.improve() and (number > FREED or not columns)) or (number and hopeless):
+        lost = hopeless()
+        search.steps = ROUGH_STEPS if lost else STEPS
+        if (search.improve() and (number > FREED or not columns)) or (number and lost):
             break
     if not search.wanted.all():
         report("Checking frames that were put aside", total - 1, total)
