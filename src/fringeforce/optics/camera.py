@@ -40,7 +40,7 @@ def expose(
     rng: Rng = None,
     lighting: Lighting | None = None,
     frame_axes: int | None = None,
-    noise: ArrayLike | None = None,
+    noise: Array | None = None,
 ) -> NDArray[np.unsignedinteger]:
     """Frames as the camera delivers them, equation (13).
 
@@ -59,7 +59,7 @@ def expose(
         Amplitude and offset of every pixel or channel in place of the camera's, grey levels.
     frame_axes : int, optional
         Trailing axes of one frame, which share its light; all axes if not given.
-    noise : array_like, optional
+    noise : ndarray, optional
         Of every channel, in place of the camera's, grey levels.
 
     Returns
