@@ -204,21 +204,22 @@ def _covariance_here(reference, unknowns):
 
     What an error of the influence matrix makes of the loads grows with these.
     """
-    several, few = len(reference.turning_loads), len(reference.covariance)
+    errors, few = reference.errors, len(reference.covariance)
+    several = len(errors.turning)
     if several == 0:
         return reference.covariance
     turned = np.zeros((several, few))
     for d in range(several):
         for k in range(few):
-            row = reference.turning_loads[d, k]
+            row = errors.turning[d, k]
             for j in range(few):
-                turned[d, k] += row[j] * (unknowns[j] - reference.loads[j])
+                turned[d, k] += row[j] * (unknowns[j] - errors.loads[j])
     found = reference.covariance.copy()
     for d in range(several):
         for k in range(few):
-            own = reference.with_loads[d, k]
+            own = errors.with_loads[d, k]
             for e in range(several):
-                own += 0.5 * reference.between[d, e] * turned[e, k]
+                own += 0.5 * errors.between[d, e] * turned[e, k]
             for j in range(few):
                 found[k, j] += own * turned[d, j]
                 found[j, k] += own * turned[d, j]

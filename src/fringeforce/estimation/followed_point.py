@@ -28,6 +28,25 @@ from fringeforce.estimation.vector_loops import add_products, combine, waves
 Array = NDArray[np.float64]
 
 
+class MatrixErrors(NamedTuple):
+    """What errors of the influence matrix make of loads, which grows with these; d are uncertain.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (2n,)
+        Loads where everything was linearised [N].
+    turning : ndarray, shape (d, 2n, 2n)
+        Change of the loads with each of these unknowns, per change of each load.
+    with_loads, between : ndarray, shapes (d, 2n) and (d, d)
+        Covariance of these unknowns with the loads and with each other.
+    """
+
+    loads: Array
+    turning: Array
+    with_loads: Array
+    between: Array
+
+
 class Reference(NamedTuple):
     """A linearisation, and what is known before a frame; a unknowns are new, b last.
 
@@ -55,12 +74,8 @@ class Reference(NamedTuple):
         Its inverse C.
     covariance : ndarray, shape (2n, 2n)
         Of the loads of a frame; the loops renew it if nothing lasts [N^2].
-    loads : ndarray, shape (2n,)
-        Loads where everything was linearised [N].
-    turning_loads : ndarray, shape (d, 2n, 2n)
-        Change of the loads with each unknown of the influence matrix, per change of each load.
-    with_loads, between : ndarray, shapes (d, 2n) and (d, d)
-        Covariance of these unknowns with the loads and with each other.
+    errors : MatrixErrors
+        What changes it as loads change.
     stretches : Stretches
         On which sides of multiples of pi the phase is known to be.
     precision, mean : ndarray, shape (a,)
@@ -102,10 +117,7 @@ class Reference(NamedTuple):
     information: Array
     gain: Array
     covariance: Array
-    loads: Array
-    turning_loads: Array
-    with_loads: Array
-    between: Array
+    errors: MatrixErrors
     stretches: Stretches
     precision: Array
     mean: Array

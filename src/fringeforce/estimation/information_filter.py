@@ -29,7 +29,7 @@ from fringeforce.estimation.followed_frames import (
     follow_frames,
     standing_at,
 )
-from fringeforce.estimation.followed_point import Reference, Standing
+from fringeforce.estimation.followed_point import MatrixErrors, Reference, Standing
 from fringeforce.estimation.frame_climb import CONVERGED, climb
 from fringeforce.estimation.frame_exposure import (
     node_columns,
@@ -284,7 +284,7 @@ class InformationFilter:
             information=own,
             gain=gain,
             covariance=np.ascontiguousarray(spread[:loads, :loads]),
-            **self._turning_loads(about, gain, spread),
+            errors=self._matrix_errors(about, gain, spread),
             stretches=stretches,
             precision=self.prior.precision[fresh],
             mean=self.prior.mean[fresh],
@@ -303,8 +303,7 @@ class InformationFilter:
         )
         self._standing = standing_at(self.unknowns, self._pixels, self._reference)
 
-    def _turning_loads(self, about: Linearised, gain: Array, spread: Array) -> dict[str, Array]:
-        """What errors of the influence matrix make of loads, of a `Reference`."""
+    def _matrix_errors(self, about: Linearised, gain: Array, spread: Array) -> MatrixErrors:
         model, at = self.model, self.model.at
         several, order = model.influence.shape[:2]
         own = slice(at.modes, at.modes + several)
@@ -314,12 +313,12 @@ class InformationFilter:
         waves = waves.reshape(-1, len(model.fixed))
         found = -gain[: at.loads] @ shared_information(model, about, waves)[self._fresh]
         found = found.reshape(at.loads, several, at.loads).swapaxes(0, 1)
-        return {
-            "loads": self.unknowns[: at.loads].copy(),
-            "turning_loads": np.ascontiguousarray(found),
-            "with_loads": np.ascontiguousarray(spread[own, : at.loads]),
-            "between": np.ascontiguousarray(spread[own, own]),
-        }
+        return MatrixErrors(
+            self.unknowns[: at.loads].copy(),
+            np.ascontiguousarray(found),
+            np.ascontiguousarray(spread[own, : at.loads]),
+            np.ascontiguousarray(spread[own, own]),
+        )
 
     def _crosstalk(self, unknowns: Array) -> dict[str, Single]:
         """Shares of the light of channels in each other, of a `Reference`."""
