@@ -201,13 +201,12 @@ def test_a_stretch_that_comes_out_of_the_dark_is_never_on_the_wrong_side() -> No
     sensor, rng = drawing(), np.random.default_rng()
     bench = Bench(sensor, sensor.tactels.positions, np.full(N, 1e-6))
     reader = ff.Reader(ff.characterize(sensor))
-    forces = sliding_touches(800, rng)
+    forces = sliding_touches(1600, rng)  # one scene of 800 frames in 27 was followed by 0.38
     batch = reader.read_on(bench.frames(forces, rng), covariance=True)
     assert batch.covariance is not None
     ok = batch.status == ff.Status.OK
-    # scenes are of six or seven touches, and differ: 0.51 to 0.79 in 26 of them, and 0.38 to 0.87
-    assert ok.mean() > 0.3
-    assert batch.tracked[ok].mean() > 0.2
+    assert ok.mean() > 0.4
+    assert batch.tracked[ok].mean() > 0.5
     off = (batch.forces - forces)[ok].reshape(-1, 2 * N)
     squares = np.einsum("ka,kab,kb->k", off, np.linalg.inv(batch.covariance[ok]), off)
     # of single frames that are searched one in some hundred is wrong at most

@@ -103,7 +103,7 @@ class Explanation:
         first = self.posterior.model.at.fields + len(self.contacts.forces) * GEOMETRY
         return self.top.unknowns[first:]
 
-    @cached_property
+    @property
     def about(self) -> Linearised:
         """The loss about the estimate."""
         return self.posterior.linearised(self.top)
