@@ -38,7 +38,7 @@ PHASE_SAMPLES = 512
 PHASE_STEPS, SIZE_STEPS = 6, 10
 """Steps of loads and size from a phase, and of the size in the frame; it takes four."""
 FARTHEST_STEP = 2.0
-"""Longest step of a size from a phase, in its standard deviations."""
+"""Longest step of a size, in its standard deviations; in a frame a size may also double."""
 LEAST_INFORMATION = 1e-2
 """Information about a size that a step from a phase has at least."""
 HEAT = 30.0
@@ -204,7 +204,9 @@ class _One:
         prior, frame = self.posterior.prior, self.posterior.frame
         for _ in range(rounds):
             step = self._step()
-            length = step.length
+            # far from any top the loss is not quadratic, and tells of a blur of metres
+            farthest = max(FARTHEST_STEP, abs(self.size))
+            length = float(np.clip(step.length, -farthest, farthest))
             if abs(length) < SIZE_ERROR / np.sqrt(step.information):
                 return
             for _ in range(5):
