@@ -19,15 +19,22 @@ HILL = np.exp(-np.square((X - 0.5) / 0.15))
 HIDDEN = Hidden(0.2, 1e4, 1.0, 2.0)
 LOADS = np.array([BUMP, HILL, 0 * X, 0 * X], np.float32)
 """Each has a load of its own, of which nothing else is known."""
+NOTHING_KNOWN = np.zeros(4)
 
 
 def phase(bump: float, hill: float) -> np.ndarray:
     return bump * BUMP + hill * HILL
 
 
-def comes_out(nodes: np.ndarray, stretches: Stretches, hidden: Hidden, columns: np.ndarray) -> bool:
+def comes_out(
+    nodes: np.ndarray,
+    stretches: Stretches,
+    hidden: Hidden,
+    columns: np.ndarray,
+    precision: np.ndarray = NOTHING_KNOWN,
+) -> bool:
     """In single precision, as where frames are followed."""
-    return emerged(nodes.astype(np.float32), stretches, hidden, columns)
+    return emerged(nodes.astype(np.float32), stretches, hidden, columns, precision)
 
 
 def test_sides_are_known_where_light_is_more_than_noise() -> None:
@@ -83,3 +90,13 @@ def test_a_stretch_that_the_rest_of_the_frame_tells_is_on_its_side() -> None:
     stretches = stretches_of(before, HIDDEN)
     assert not comes_out(now, stretches, HIDDEN, columns)
     assert (stretches.sides[np.abs(X + 0.5) < 0.1] == 0).all()
+
+
+def test_a_stretch_that_only_unlikely_errors_turn_is_on_its_side() -> None:
+    """A field of phase moves the bump alone; its mirror image takes it as many deviations."""
+    turned = 2 * 0.5  # by so much the mirror image of the bump differs [rad]
+    for deviation, open_ in ((turned / 3.9, True), (turned / 4.1, False)):
+        columns = np.array([HILL, deviation * BUMP, 0 * X, 0 * X], np.float32)
+        stretches = stretches_of(phase(0.02, -2.0), HIDDEN)
+        known = np.array([0.0, 1.0, 0.0, 0.0])
+        assert comes_out(phase(0.5, -2.0), stretches, HIDDEN, columns, known) == open_

@@ -314,7 +314,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             hidden, nodes = reference.hidden, standing.nodes
             if way > hidden.difference and motion(nodes, before) > hidden.difference:
                 return i, ALARM
-            if emerged(nodes, reference.stretches, hidden, reference.columns):
+            if emerged(nodes, reference.stretches, hidden, reference.columns, reference.known):
                 return i, EMERGED
         # by the last step the loss falls by its squared length
         squared, number = squared - length, used + known

@@ -78,6 +78,8 @@ class Reference(NamedTuple):
         What changes it as loads change.
     stretches : Stretches
         On which sides of multiples of pi the phase is known to be.
+    known : ndarray, shape (R,)
+        Precision of what is known of every unknown whatever the loads are; zero of these.
     precision, mean : ndarray, shape (a,)
         What is known of what is new before a frame.
     through : ndarray, shape (a, b)
@@ -119,6 +121,7 @@ class Reference(NamedTuple):
     covariance: Array
     errors: MatrixErrors
     stretches: Stretches
+    known: Array
     precision: Array
     mean: Array
     through: Array

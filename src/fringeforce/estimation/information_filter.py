@@ -15,6 +15,7 @@ deviations become a third of the true ones.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -39,6 +40,7 @@ from fringeforce.estimation.frame_exposure import (
 )
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases
 from fringeforce.estimation.linearised_frame import (
     Linearised,
     banded,
@@ -58,6 +60,7 @@ from fringeforce.estimation.posterior import Top, covariance_of_products, produc
 from fringeforce.estimation.residual_test import FALSE_ALARM
 
 Array = NDArray[np.float64]
+Images = Callable[[Top, NDArray[np.bool_]], Array]
 
 FORGOTTEN = 0.2
 """Share of the variance of what lasts that is new in every linearisation: errors of earlier ones
@@ -185,13 +188,21 @@ class InformationFilter:
         assert self._reference is not None
         return self._reference.covariance.copy()
 
-    def renew(self, frame: Array) -> Top | None:
+    def renew(self, frame: Array, images: Images) -> Top | None:
         """Estimate everything from a frame, shape (P,), and what is known before it.
+
+        Parameters
+        ----------
+        frame : ndarray, shape (P,)
+            Grey levels; not finite where a pixel is not used.
+        images : callable
+            Starts, the likeliest first, in which the phase of a top is mirrored at nodes of a mask.
 
         Returns
         -------
         Top or None
-            None if noise does not explain the frame.
+            None if noise does not explain the frame, or a mirror image of what came out of it does
+            as well.
         """
         prior = self._prior()
         mean, precision = prior.mean, prior.joint
@@ -212,12 +223,31 @@ class InformationFilter:
             return None
         known = self._reference
         assert known is not None
-        if emerged(nodes, known.stretches, self.hidden, known.columns):
+        if emerged(nodes, known.stretches, self.hidden, known.columns, known.known):
             self.open = known.stretches.sides == OPEN
-            return None
+            if self._rivalled(top, prior, frame, images(top, self.open)):
+                return None
+            sides = stretches_of(node_phase(self.model, top.unknowns), self.hidden)
+            self._reference = known._replace(stretches=sides)
         self.unknowns[:] = top.unknowns
         self._linearised(about, prior)
         return top
+
+    def _rivalled(self, top: Top, prior: Prior, frame: Array, starts: Array) -> bool:
+        """Whether something of another phase that starts lead to has weight beside a top."""
+        phase, bound = node_phase(self.model, top.unknowns), top.loss + NEGLIGIBLE_LOSS
+        told, met = self.hidden.along(len(phase)), MetPhases()
+        met.add(phase, told)
+        for start in starts:
+            image = node_phase(self.model, start)
+            if met.holds(image):
+                continue
+            met.add(image, told)
+            steps = FAR_STEPS, CONVERGED, bound
+            found, loss, *_ = climb(self.model, prior, frame, start, 1.0, *steps)
+            if loss < bound and np.abs(node_phase(self.model, found) - phase).max() > told:
+                return True
+        return False
 
     def _prior(self) -> Prior:
         """What is known before the next frame."""
@@ -273,6 +303,8 @@ class InformationFilter:
         )
         fixed = anchor - self.unknowns[:loads] @ columns[:loads]
         columns = np.pad(columns, ((0, -len(rest) % 4), (0, 0)))
+        precision = np.zeros(len(columns))
+        precision[loads : len(rest)] = self.prior.precision[loads:]
         self._reference = Reference(
             columns=columns.astype(np.float32),
             fixed=fixed.astype(np.float32),
@@ -286,6 +318,7 @@ class InformationFilter:
             covariance=np.ascontiguousarray(spread[:loads, :loads]),
             errors=self._matrix_errors(about, gain, spread),
             stretches=stretches,
+            known=precision,
             precision=self.prior.precision[fresh],
             mean=self.prior.mean[fresh],
             through=np.ascontiguousarray(through),

@@ -98,7 +98,7 @@ DARK, DARK_ONCE = 0.7, 0.25
 """Light of a phase over its noise up to which it may cross a multiple: for the mean of many frames,
 and for one.  Noise alone leaves a mean of 0.40 and a deviation of 0.58 / sqrt(n)."""
 UNKNOWN = 1e-6
-"""Precision of what nothing tells, of loads [1/N^2] and of standardised unknowns."""
+"""Precision of what nothing tells, of loads [1/N^2]."""
 OPEN = -(2**31)
 """Side of a phase that noise hides."""
 NOTHING = Hidden(np.inf, 0.0, np.inf, np.inf)
@@ -229,8 +229,8 @@ def _renewed(nodes, stretches, hidden):
 
 
 @sums
-def _may_cross(nodes, begin, end, hidden, columns):
-    """Whether bright light leaves both sides to a stretch.
+def _may_cross(nodes, begin, end, hidden, columns, precision):
+    """Whether bright light, and what is known before it, leave both sides to a stretch.
 
     Only light that changes with the phase, |sin| > 1/2, tells of the unknowns to first order.  The
     mirror image of where the stretch is farthest from its multiple is so many deviations away.
@@ -249,6 +249,7 @@ def _may_cross(nodes, begin, end, hidden, columns):
         column, rows = columns[a], a // 4 * 4 + 4
         for k in range(len(nodes)):
             own[k] = light[k] * column[k]
+        known[a, a] = precision[a]
         add_products(columns[:rows], own, known[a])
     factorise(known, size, UNKNOWN)
     variance = 0.0
@@ -262,11 +263,11 @@ def _may_cross(nodes, begin, end, hidden, columns):
 
 
 @sums_entry
-def emerged(nodes, stretches, hidden, columns):
+def emerged(nodes, stretches, hidden, columns, precision):
     """Whether a stretch of a phase came out of what noise hides on a side that it may have missed.
 
-    Then its mirror image is another reading, and bright light does not exclude it.  A stretch of
-    which it does is known to be on its side.
+    Then its mirror image is another reading, and neither bright light nor what is known before it
+    excludes it.  A stretch of which they do is known to be on its side.
 
     Parameters
     ----------
@@ -278,6 +279,8 @@ def emerged(nodes, stretches, hidden, columns):
         What noise hides of the phase.
     columns : ndarray, shape (R, m)
         Change of the phase with every unknown; rows of zeros up to a multiple of four.
+    precision : ndarray, shape (R,)
+        Of what is known of every unknown whatever the loads are.
 
     Returns
     -------
@@ -290,7 +293,7 @@ def emerged(nodes, stretches, hidden, columns):
     while begin < len(nodes):
         end, another = _open_stretch(nodes, stretches, begin, hidden)
         if another:
-            if _may_cross(nodes, begin, end, hidden, columns):
+            if _may_cross(nodes, begin, end, hidden, columns, precision):
                 return True
             stretches.sides[begin:end] = _order(nodes[begin])
         begin = max(end, begin + 1)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.contacts.friction_cone import within_friction_cone
-from fringeforce.estimation.followed_frames import AGEING, DONE, STALE
+from fringeforce.estimation.followed_frames import AGEING, DONE, EMERGED, STALE
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.information_filter import InformationFilter
 from fringeforce.estimation.posterior import Posterior, Top
@@ -317,10 +318,10 @@ class StripFollower(Follower):
             if self._held is not None:
                 break
             if why == AGEING:
-                if own.renew(self._seen(frames[done - 1])) is None:
+                if self._renewed(own, frames[done - 1]) is None:
                     break
                 continue
-            top = own.renew(self._seen(frames[done])) if why == STALE else None
+            top = self._renewed(own, frames[done]) if why in (STALE, EMERGED) else None
             if top is None:
                 break
             room.squares[done] = top.square, top.count
@@ -331,8 +332,9 @@ class StripFollower(Follower):
             done += 1
         return done
 
-    def _seen(self, frame: NDArray[np.float32]) -> Array:
-        return np.where(self._used, frame.astype(float), np.nan)
+    def _renewed(self, own: InformationFilter, levels: NDArray[np.float32]) -> Top | None:
+        frame = np.where(self._used, levels.astype(float), np.nan)
+        return own.renew(frame, partial(self._single.images, own.model, own.prior, frame))
 
     def _widen(self, followed: Followed) -> None:
         """Add what calibration and large strain leave uncertain."""

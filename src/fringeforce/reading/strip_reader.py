@@ -22,6 +22,7 @@ from fringeforce.estimation.faint_light import faint_light
 from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.frame_loss import Prior, pulls_at
+from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases, mixture
 from fringeforce.estimation.likelihood import NO_BIAS
 from fringeforce.estimation.linearised_frame import Linearised, linearise
@@ -319,6 +320,13 @@ class StripFrameReader(StripFrames):
             met.settle()
         near = np.abs(posterior.phase(met.tops[0]) - before).max() <= JUMP
         return met if near and met.explains(met.tops[0], FALSE_VERDICT) else None
+
+    def images(
+        self, model: FrameModel, prior: Prior, frame: Array, top: Top, within: Mask
+    ) -> Array:
+        """Starts in which a top's phase is mirrored within some nodes, shape (k, size)."""
+        posterior = Posterior(model, prior, frame, self._bins)
+        return self._search.images(posterior, top, push_of(prior), within)[:IMAGES]
 
     def _departing(self, posterior: Posterior, top: Top) -> str:
         """What a frame that loads explain shows of departures all the same.
