@@ -300,7 +300,7 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
             if turn == EVALUATIONS or (
                 turn > 0 and ratio > DIVERGED * DIVERGED and length > reached
             ):
-                if renewals == RENEWALS or lasting > 0:
+                if renewals == RENEWALS:
                     return i, STALE
                 moved = _renew_here(model, pixels, reference, standing, moved)
                 turn, ratio, renewals = 0, state[0], renewals + 1
