@@ -58,9 +58,6 @@ def test_what_large_strain_does_not_know_is_refused(sensor: ff.Sensor) -> None:
         sensor.replace(**{"transducer.strain": "finite"})
     with pytest.raises(DesignError, match='take strain = "finite", or leave loads out'):
         sensor.replace(**{"transducer.loads": "follower"})
-    follows = {"transducer.strain": "finite", "transducer.loads": "follower"}
-    with pytest.raises(DesignError, match="tactels in the place of the skin"):
-        ff.load_sensor("skin").replace(**follows)
     model = _model(sensor)
     with pytest.raises(InputError, match="width"):
         model.phase([ff.Press(x=0.0, normal=1.0)], strain="finite")
@@ -321,11 +318,12 @@ def test_contacts_narrower_than_the_cover_are_read_as_finer_elements_have_them(
     assert square < 21.1  # beyond with a chance of 1e-4 (chi-square)
 
 
+@pytest.mark.parametrize("loads", ["dead", "follower"])
 def test_contacts_under_large_strain_change_the_phase_as_differences_tell(
-    skin: ff.SensorModel, monkeypatch: pytest.MonkeyPatch
+    skin: ff.SensorModel, loads: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On the same elements, which else move with the contacts."""
-    single = ff.Reader(skin)._single
+    single = ff.Reader(ff.characterize(skin.sensor.replace(**{"transducer.loads": loads})))._single
     assert isinstance(single, SkinReader)
     model = single.skin
     geometry = model.drawn[None].copy()
@@ -345,7 +343,64 @@ def test_contacts_under_large_strain_change_the_phase_as_differences_tell(
         behind[0, k] -= step
         one, other = (model.phase(Contacts(at[:, :2], at[:, 2:])) for at in (ahead, behind))
         difference = (one - other) / (2 * step)
-        assert np.abs(difference - tangent).max() < 2e-3 * np.abs(difference).max()
+        # the slope of the surface jumps a little from one element to the next
+        most = 2e-3 if loads == "dead" else 5e-3
+        assert np.abs(difference - tangent).max() < most * np.abs(difference).max()
+
+
+@pytest.fixture(scope="module")
+def following(skin: ff.SensorModel) -> ff.SensorModel:
+    """The soft strip under loads that follow its surface."""
+    return ff.characterize(skin.sensor.replace(**{"transducer.loads": "follower"}))
+
+
+@pytest.mark.parametrize("presses", SOFT)
+def test_loads_that_follow_a_skin_shine_as_narrow_patches_do(
+    following: ff.SensorModel, presses: list[ff.Press]
+) -> None:
+    """Each of which is turned with the line between its own ends."""
+    true = _light(following, presses, order=6, patches=24)
+    peak, inner = np.abs(true).max(), np.abs(following.pixel_positions) < 11e-3
+    dead = following.sensor.replace(**{"transducer.loads": "dead"})
+    off = np.abs(ff.characterize(dead).phase(presses) - true)[inner].max()
+    assert np.abs(following.phase(presses) - true)[inner].max() < min(2e-3 * peak, off / 5)
+
+
+def test_line_loads_that_follow_a_skin_act_as_the_press_that_they_stand_for(
+    following: ff.SensorModel,
+) -> None:
+    press = ff.Press(x=0.5e-3, normal=0.6, tangential=0.15, width=4e-3)
+    places = following.sensor.tactels.positions
+    edges = np.append(places, 2 * places[-1] - places[-2]) - (places[1] - places[0]) / 2
+    t = np.clip((edges - press.x) / 2e-3, -1, 1)
+    shares = np.diff((t * np.sqrt(1 - t**2) + np.arcsin(t)) / np.pi)  # of Hertz's pressure
+    forces = shares[:, None] * [0.6, 0.15]
+    phase, linear = following.phase([press]), following.phase([press], strain="linear")
+    off = following.phase(forces) - following.phase(forces, strain="linear") - (phase - linear)
+    inner = np.abs(following.pixel_positions) < 11e-3
+    assert np.abs(off)[inner].max() < 0.05 * np.abs(phase - linear).max()
+
+
+def test_loads_that_follow_a_skin_are_read(following: ff.SensorModel) -> None:
+    """And not by who takes them for dead, whose forces are off or who refuses."""
+    squares = []
+    dead = ff.characterize(following.sensor.replace(**{"transducer.loads": "dead"}))
+    presses = SOFT[0]
+    part = tractions(following.sensor, presses[0])
+    true = np.array([*part.forces.sum(axis=0), part.centre])
+    frame = following.delivered(_light(following, presses, order=6, patches=24), rng=0)
+    for model in (following, dead):
+        reading = ff.Reader(model)._single.read(frame)
+        if model is following:
+            assert reading.status is ff.Status.OK
+        if reading.status is not ff.Status.OK:
+            continue
+        assert reading.total is not None
+        error = np.array([*reading.total.force, reading.total.centre[0]]) - true
+        own = np.ix_([0, 1, 5], [0, 1, 5])
+        squares.append(error @ np.linalg.solve(reading.total.covariance[own], error))
+    assert squares[0] < 21.1  # beyond with a chance of 1e-4 (chi-square)
+    assert np.min(squares[1:], initial=np.inf) > 21.1
 
 
 def test_a_skin_whose_surface_folds_is_refused(skin: ff.SensorModel) -> None:

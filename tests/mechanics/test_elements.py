@@ -12,6 +12,7 @@ from fringeforce.mechanics.elements import (
     gauss_interpolation,
     interpolation,
     interval,
+    second_slopes,
     shape_functions,
 )
 
@@ -69,6 +70,18 @@ def test_shape_functions_span_every_polynomial_of_their_order(order: int) -> Non
     values, slopes = shape_functions(order, s)
     np.testing.assert_allclose(weights @ values, function(s), rtol=1e-9)
     np.testing.assert_allclose(weights @ slopes, function.deriv()(s), rtol=1e-7, atol=1e-8)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_second_slopes_are_those_of_a_polynomial(order: int) -> None:
+    function = Polynomial(np.random.default_rng(order).normal(size=order + 1))
+    begin, length = 0.4, 0.25
+    weights = np.zeros(2 * order + 1)
+    weights[order:] = _coefficients(order, function)
+    breaks, s = np.array([0.0, begin, begin + length]), np.linspace(0.05, 1, 7)
+    found = second_slopes(order, breaks, begin + length * s) @ weights
+    expected = function.deriv(2)(s) / length**2
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("order", ORDERS)

@@ -12,7 +12,14 @@ import fringeforce as ff
 from fringeforce.base.errors import InputError
 from fringeforce.mechanics.elements import interpolation
 from fringeforce.mechanics.finite_strain import FiniteStrip, finite_strip
-from fringeforce.mechanics.surface_loads import FollowerLoad, Patches
+from fringeforce.mechanics.surface_loads import (
+    ComplexArray,
+    FollowerLoad,
+    Patches,
+    SurfacePlaces,
+    Together,
+    TurningForces,
+)
 
 Array = NDArray[np.float64]
 FORCES = np.array([[0.8, 0.2], [0.5, -0.3]])
@@ -90,6 +97,60 @@ def test_the_change_of_a_load_is_its_derivative(load: FollowerLoad, moved: Array
     ahead, behind = (load.nodal(moved + s * step * way) for s in (1, -1))
     found = load.changed(moved, way)
     np.testing.assert_allclose((ahead - behind) / (2 * step), found, atol=1e-6 * found.max())
+
+
+def _small_forces(load: FollowerLoad, at: Array) -> TurningForces:
+    forces = np.random.default_rng(3).standard_normal((len(at), 2))
+    return TurningForces(SurfacePlaces(ORDER, load.patches.x, at), forces)
+
+
+AT = np.array([0.31, 0.8, 1.15, 1.33, 2.2, 2.47]) * 1e-3
+
+
+def test_small_forces_turn_as_narrow_patches_do(load: FollowerLoad) -> None:
+    """A force on an ever narrower patch, along and across the curve that the surface becomes."""
+    bent, middle, width = 400.0, 1.2e-3, 2e-5
+    force = np.array([[0.8, 0.3]])
+    x = np.array([0.0, middle - width / 2, middle + width / 2, 3e-3])
+    moved = np.zeros((2, ORDER * 3 + 1))
+    # w = bent x^2 / 2 - bent x l / 2 by its values at vertices and the first bubble
+    moved[1, ::ORDER] = bent / 2 * x * (x - 3e-3)
+    length = np.diff(x)
+    # a bubble of order 2 is (P_2 - P_0) / sqrt(6) = -sqrt(6) s (1 - s)
+    moved[1, 1::ORDER] = bent / 2 * length**2 / np.sqrt(6)
+    patch = FollowerLoad(Patches(ORDER, x, np.array([1]), np.array([2])), force)
+    small = TurningForces(SurfacePlaces(ORDER, x, np.array([middle])), force)
+    found = [one.nodal(moved)[:, ::ORDER].sum(axis=1) for one in (patch, small)]
+    angle = np.arctan(bent * (middle - 1.5e-3))
+    expected = 0.3 * np.array([np.cos(angle), np.sin(angle)])
+    expected += 0.8 * np.array([np.sin(angle), -np.cos(angle)])
+    np.testing.assert_allclose(found, [expected, expected], rtol=1e-7)
+
+
+def test_the_change_of_small_forces_is_their_derivative(load: FollowerLoad, moved: Array) -> None:
+    small, way = _small_forces(load, AT), np.random.default_rng(4).standard_normal(moved.shape)
+    both, step = Together((small, load)), 1e-8
+    ahead, behind = (both.nodal(moved + s * step * way) for s in (1, -1))
+    found = both.changed(moved, way)
+    np.testing.assert_allclose((ahead - behind) / (2 * step), found, atol=1e-6 * found.max())
+    np.testing.assert_allclose(both.scaled(2.0).nodal(moved), 2 * both.nodal(moved), rtol=1e-12)
+
+
+def test_small_forces_move_along_the_surface_as_differences_tell(
+    load: FollowerLoad, moved: Array
+) -> None:
+    step = 1e-9
+
+    def spread(at: Array) -> tuple[ComplexArray, ComplexArray]:
+        return SurfacePlaces(ORDER, load.patches.x, at).spread(moved)
+
+    own, rising = spread(AT)
+    (ahead, _), (behind, _) = spread(AT + step), spread(AT - step)
+    change = (ahead - behind) / (2 * step)
+    np.testing.assert_allclose(change, rising, atol=1e-5 * np.abs(rising).max())
+    small = _small_forces(load, AT)
+    nodal = (small.forces[:, 1] - 1j * small.forces[:, 0]) @ own
+    np.testing.assert_allclose(small.nodal(moved), [nodal.real, nodal.imag], atol=1e-14)
 
 
 @pytest.mark.parametrize("loads", ["dead", "follower"])

@@ -55,8 +55,8 @@ class Transducer(Part):
     loads: Literal["dead", "follower"] = Field(
         default="dead",
         description='under large strain: "dead" tractions keep their direction, "follower" ones '
-        "turn with the surface that they press, and forces are normal and tangential to the line "
-        "between the ends of each deformed contact",
+        "turn with the surface that they press; forces are then normal and tangential to the line "
+        "between the ends of each deformed contact, on a skin to the surface at each place",
         json_schema_extra={"ideal": True},
     )
     influence_error: Percent = Field(
@@ -329,11 +329,6 @@ class Sensor(Design):
             raise ValueError(
                 'strain = "finite" takes plane = "stress" or "strain" and contacts of some width, '
                 "for under a line strain has no bound; give tactels.contact_width, or a skin"
-            )
-        if transducer.loads == "follower" and info.data.get("skin") is not None:
-            raise ValueError(
-                'loads = "follower" acts on tactels, and contacts anywhere on a skin are dead; '
-                "leave loads out, or give tactels in the place of the skin"
             )
         centres = tactels.positions + tactels.placement
         outermost = np.abs(centres).max() + tactels.contact_width / 2

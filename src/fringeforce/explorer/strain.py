@@ -44,8 +44,8 @@ def under_forces(path: str, wish: StrainRequest) -> Answer:
 def under_fingers(path: str, wish: SkinStrainRequest) -> Answer:
     """Phases under fingers on a skin.
 
-    What large strain adds is that of dead tractions, as contact mechanics of small strain finds
-    them.
+    What large strain adds is that of tractions as contact mechanics of small strain finds them,
+    dead or following the surface, as the design says.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from functools import cache
 from typing import Literal
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss, legvander
+from numpy.polynomial.legendre import legder, leggauss, legval, legvander
 from scipy.sparse import csr_array
 from skfem import ElementLineP2
 from skfem.quadrature import get_quadrature
@@ -134,6 +134,22 @@ def interpolation(
         _banded(first, values.T, unknowns),
         _banded(first, slopes.T / np.diff(breaks)[element, None], unknowns),
     )
+
+
+def second_slopes(order: int, breaks: Array, points: Array) -> csr_array:
+    """Second derivatives of a line of elements at points of it; as of `interpolation` [1/m^2]."""
+    element, fraction = located(breaks, points)
+    bends = np.zeros((order + 1, len(points)))
+    if order == 2:
+        bends[:] = [[4.0], [-8.0], [4.0]]
+    else:
+        n = np.arange(2, order + 1)
+        # of the bubbles' slopes, which are Legendre's polynomials
+        size = 2 * np.sqrt(2 * (2 * n - 1))
+        rising = legval(2 * fraction - 1, legder(np.eye(order)))[1:]
+        bends[1:-1] = size[:, None] * rising
+    length = np.diff(breaks)[element, None]
+    return _banded(element * order, bends.T / length**2, order * (len(breaks) - 1) + 1)
 
 
 def gauss_interpolation(order: int, breaks: Array, points: Array) -> csr_array:

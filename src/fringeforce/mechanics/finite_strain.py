@@ -7,14 +7,14 @@ Nonlinear Continuum Mechanics for Finite Element Analysis, 2008, chapters 8 and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import LinAlgError
 from scipy.sparse import csr_array
@@ -32,7 +32,14 @@ from fringeforce.mechanics.elements import (
 )
 from fringeforce.mechanics.hyperelasticity import Hyperelastic, PlaneResponse
 from fringeforce.mechanics.mesh import GROWTH_X, Mesh, strip_mesh
-from fringeforce.mechanics.surface_loads import DeadLoad, FollowerLoad, Patches, SurfaceLoad
+from fringeforce.mechanics.surface_loads import (
+    DeadLoad,
+    FollowerLoad,
+    Patches,
+    SurfaceLoad,
+    SurfacePlaces,
+    TurningForces,
+)
 from fringeforce.mechanics.surface_stability import surface_stiffness
 
 ORDER = 5
@@ -62,6 +69,8 @@ FOLDS = (
     "The strip is unstable under these loads: its surface folds under them. Take smaller loads or "
     "wider contacts."
 )
+Changes = Callable[[Array], Array]
+"""Forces (k, 2, along x) on the nodes of the surface under its displacements (2, along x)."""
 TILT = 1e-5
 """Change of a deformation gradient to whose two signs a derivative is taken: errors are 1e-10."""
 
@@ -424,17 +433,37 @@ class FiniteStrip:
         except InputError:  # far beyond small strain
             return self._stepped(load, step=1 / 2, smallest=smallest)
 
-    def spread(self, places: Array) -> tuple[Array, Array]:
+    def spread(self, places: Array, moved: Array) -> tuple[NDArray[Any], NDArray[Any]]:
         """Nodal forces of unit forces at places (...) of the surface, and their slopes [1/m].
 
-        Both of shape (..., along x).
+        Both of shape (..., along x).  Where loads follow the surface they are complex, x + i z of
+        forces along it under its displacements, shape (2, along x).
         """
-        value, slope = interpolation(self.mesh.order, self.mesh.x, places.ravel())
         shape = (*places.shape, -1)
-        return value.toarray().reshape(shape), slope.toarray().reshape(shape)
+        at = SurfacePlaces(self.mesh.order, self.mesh.x, places.ravel())
+        if self.transducer.loads == "follower":
+            own, rising = at.spread(moved)
+        else:
+            own, rising = (part.toarray() for part in at.shapes)
+        return own.reshape(shape), rising.reshape(shape)
+
+    def pressed(self, places: Array, forces: Array) -> SurfaceLoad:
+        """Dead loads, or ones that follow the surface, of small forces side by side.
+
+        Parameters
+        ----------
+        places : ndarray, shape (q,)
+            In the undeformed strip [m].
+        forces : ndarray, shape (q, 2)
+            Normal and tangential, where they follow to the surface at their own place [N].
+        """
+        load = TurningForces(SurfacePlaces(self.mesh.order, self.mesh.x, places), forces)
+        if self.transducer.loads == "dead":
+            return DeadLoad(self.at_rest(load))
+        return load
 
     def beside_linear(
-        self, load: SurfaceLoad, changes: Sequence[DeadLoad] = ()
+        self, load: SurfaceLoad, changes: Changes | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """What large strain adds to the stress that the light sees, and its change with the load.
 
@@ -442,8 +471,11 @@ class FiniteStrip:
         ----------
         load : SurfaceLoad
             On the strip.
-        changes : sequence of DeadLoad, length k
-            Changes of it.
+        changes : callable, optional
+            Changes of it, nodal forces of shape (k, 2, along x), under displacements of the
+            surface, shape (2, along x); none if not given.
+        exact : bool
+            Whether balance is to `TOLERANCE`, not `ENOUGH`, by as small steps as it takes.
 
         Returns
         -------
@@ -457,16 +489,42 @@ class FiniteStrip:
         InputError
             If no stable state is found.
         """
-        loads = self.on_surface(np.array([self.at_rest(one) for one in (load, *changes)]))
-        linear = self.linear(loads)
-        state = self.near(load, linear[0], FEWEST)
+        still = np.zeros(self.shape[:2])
+        varied = np.zeros((0, *still.shape)) if changes is None else changes(still)
+        linear = self.linear(self.on_surface(np.concatenate([load.nodal(still)[None], varied])))
+        state = self._stepped(load) if exact else self.near(load, linear[0], FEWEST)
         small = self._small_strain(linear)
         added = self.seen_at_stations(state) - small[:, 0]
-        if not len(changes):
+        if changes is None or not len(varied):
             return added, small[:, 1:]
-        moved = self._solved(self.tangent(state), loads[1:].reshape(len(changes), -1))
-        slopes = self.seen_slopes(state, moved.reshape(-1, *self.shape))
+        slopes = self.seen_slopes(state, self._moved_by(load, state, changes(state[..., -1])))
         return added, slopes - small[:, 1:]
+
+    def _moved_by(self, load: SurfaceLoad, state: Array, forces: Array) -> Array:
+        """Change of the displacements in balance with a load with forces on the surface beside it.
+
+        With the derivative D of a load that follows the surface they are K^-1 y with
+        y = forces + D K^-1 y, which vanishes where neither forces nor load act.
+        """
+        tangent = self.tangent(state)
+
+        def moved(nodal: Array) -> Array:
+            flat = self.on_surface(nodal).reshape(len(nodal), -1)
+            return self._solved(tangent, flat).reshape(-1, *self.shape)
+
+        if not load.follows:
+            return moved(forces)
+        surface = state[..., -1]
+        reached = np.flatnonzero(np.any(forces, axis=(0, 1)) | np.any(load.nodal(surface), axis=0))
+        count = 2 * len(reached)
+        unit = np.zeros((2, len(reached), 2, surface.shape[1]))
+        for component in range(2):
+            unit[component, np.arange(len(reached)), component, reached] = 1
+        ways = moved(unit.reshape(count, *surface.shape))
+        turned = np.array([load.changed(surface, way)[:, reached] for way in ways[..., -1]])
+        left = np.eye(count) - turned.reshape(count, count).T
+        found = np.linalg.solve(left, forces[:, :, reached].reshape(len(forces), count).T)
+        return np.tensordot(found.T, ways, 1)
 
     def integrated_stress(self, coefficients: Array, x: ArrayLike) -> Array:
         """What light along straight lines sees of the deformed strip.

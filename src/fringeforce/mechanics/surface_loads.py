@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from fringeforce.base.arrays import Array, Index
-from fringeforce.mechanics.elements import integrals, interpolation
+from fringeforce.mechanics.elements import integrals, interpolation, second_slopes
 
 ComplexArray = NDArray[np.complex128]
 
@@ -51,11 +51,6 @@ class DeadLoad:
 
     forces: Array
     follows: ClassVar[bool] = False
-
-    @classmethod
-    def pressing(cls, load: Array) -> DeadLoad:
-        """Of normal (towards -z) and tangential nodal forces, shape (2, along x) [N]."""
-        return cls(np.stack([load[1], -load[0]]))
 
     def nodal(self, moved: Array) -> Array:
         """The forces."""
@@ -101,7 +96,8 @@ class Patches:
 
     def dead(self, forces: Array) -> DeadLoad:
         """Dead loads of normal and tangential forces, shape (n, 2) [N]."""
-        return DeadLoad.pressing(forces.T @ self.shares)
+        normal, tangential = forces.T @ self.shares
+        return DeadLoad(np.stack([tangential, -normal]))
 
     def chords(self, own: float, moved: Array) -> ComplexArray:
         """From one end of each patch to the other, complex numbers, shape (n,) [m].
@@ -183,3 +179,118 @@ class FollowerLoad:
     def scaled(self, share: float) -> FollowerLoad:
         """The same load, so many times as large."""
         return replace(self, forces=share * self.forces)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePlaces:
+    """Places of the surface that move and turn with it.
+
+    Attributes
+    ----------
+    order : int
+        Of the elements.
+    x : ndarray, shape (columns + 1,)
+        Their boundaries along the strip [m].
+    places : ndarray, shape (q,)
+        In the undeformed strip [m].
+    """
+
+    order: int
+    x: Array
+    places: Array
+
+    @cached_property
+    def shapes(self) -> tuple[csr_array, csr_array]:
+        """Values and slopes [1/m] of the shape functions there, shape (q, along x)."""
+        return interpolation(self.order, self.x, self.places)
+
+    def slopes(self, moved: Array) -> ComplexArray:
+        """Slope x' of displacements of the surface, shape (2, along x), as complex numbers."""
+        return np.asarray(self.shapes[1] @ (moved[0] + 1j * moved[1]))
+
+    def gathered(self, forces: ComplexArray) -> Array:
+        """Nodal forces of one force at each place, shape (2, along x) [N]."""
+        found = self.shapes[0].T @ forces
+        return np.stack([found.real, found.imag])
+
+    def spread(self, moved: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Nodal forces of unit forces that turn with the surface, and their change with the place.
+
+        Parameters
+        ----------
+        moved : ndarray, shape (2, along x)
+            Displacements of the surface [m].
+
+        Returns
+        -------
+        own, rising : ndarray, shape (q, along x)
+            Of a force along the surface; the second per metre that its place moves.
+        """
+        value, slope = (part.toarray() for part in self.shapes)
+        along = 1 + self.slopes(moved)
+        bend = second_slopes(self.order, self.x, self.places) @ (moved[0] + 1j * moved[1])
+        turn = along / np.abs(along)
+        turning = 1j * turn * (bend / along).imag
+        return turn[:, None] * value, turn[:, None] * slope + turning[:, None] * value
+
+
+@dataclass(frozen=True, eq=False)
+class TurningForces:
+    """Small forces at places of the surface, each across and along it as it deforms.
+
+    A fine row of them is a traction that keeps its size per undeformed length and turns with the
+    surface, as `FollowerLoad` does on patches that are ever narrower.  With points of the section
+    as complex numbers x + i z and the surface at x(X) the nodal forces are
+
+        f_a = sum_q (T_q - i N_q) x'(X_q) / |x'(X_q)| N_a(X_q) .
+
+    Attributes
+    ----------
+    at : SurfacePlaces
+        Where they act.
+    forces : ndarray, shape (q, 2)
+        Normal (into the strip) and tangential to the surface there [N].
+    """
+
+    at: SurfacePlaces
+    forces: Array
+    follows: ClassVar[bool] = True
+
+    @property
+    def _pull(self) -> ComplexArray:
+        return self.forces[:, 1] - 1j * self.forces[:, 0]
+
+    def nodal(self, moved: Array) -> Array:
+        """Forces under displacements of the surface, shape (2, along x) [N]."""
+        along = 1 + self.at.slopes(moved)
+        return self.at.gathered(self._pull * along / np.abs(along))
+
+    def changed(self, moved: Array, by: Array) -> Array:
+        """Derivative of `nodal` at displacements along others, shape (2, along x) [N]."""
+        along = 1 + self.at.slopes(moved)
+        angle = (self.at.slopes(by) / along).imag
+        return self.at.gathered(self._pull * along / np.abs(along) * 1j * angle)
+
+    def scaled(self, share: float) -> TurningForces:
+        """The same load, so many times as large."""
+        return replace(self, forces=share * self.forces)
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """Several loads at once, some of which follow the surface."""
+
+    loads: tuple[SurfaceLoad, ...]
+    follows: ClassVar[bool] = True
+
+    def nodal(self, moved: Array) -> Array:
+        """Their sum under displacements of the surface, shape (2, along x) [N]."""
+        return np.sum([load.nodal(moved) for load in self.loads], axis=0)
+
+    def changed(self, moved: Array, by: Array) -> Array:
+        """Derivative of `nodal` at displacements along others, shape (2, along x) [N]."""
+        return np.sum([load.changed(moved, by) for load in self.loads], axis=0)
+
+    def scaled(self, share: float) -> Together:
+        """The same loads, each so many times as large."""
+        return Together(tuple(load.scaled(share) for load in self.loads))

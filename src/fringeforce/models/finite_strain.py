@@ -14,10 +14,10 @@ from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.press import Press, Tractions
 from fringeforce.design.strip import Sensor, Transducer
-from fringeforce.mechanics.finite_strain import ORDER, FiniteStrip, finite_strip
+from fringeforce.mechanics.finite_strain import ORDER, Changes, FiniteStrip, finite_strip
 from fringeforce.mechanics.second_order import STEEP, expansion, resolved_share
-from fringeforce.mechanics.surface_loads import DeadLoad
-from fringeforce.models.presses import tractions
+from fringeforce.mechanics.surface_loads import SurfaceLoad, Together
+from fringeforce.models.presses import press_phase, tractions
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 Strain = Literal["linear", "finite"]
@@ -32,8 +32,9 @@ KEPT_MESHES = 8
 SHEARING = 0.8
 """Part of a shear that folds the surface like a pressure: a shear of half the pressure folds it at
 0.6 to 0.7 of the pressure alone."""
-PATCHES = 8
-"""Patches that stand for a press whose pressure is not uniform."""
+RUNGS = 2
+"""Widths in a factor of two for which elements are chosen, each for what is up to 1.41 times as
+wide and asks for no finer ones."""
 
 
 def checked_strain(strain: str) -> Strain:
@@ -57,14 +58,42 @@ def strip_of_tactels(sensor: Sensor, order: int = ORDER) -> FiniteStrip:
     tactels = sensor.tactels
     places = tuple(float(x) for x in tactels.positions + tactels.placement)
     width = tactels.contact_width if sensor.skin is None else tactels.pitch
-    return _strip(sensor.transducer.model_dump_json(), places, float(width), order)
+    alone = sensor.skin is None
+    return _strip(sensor.transducer.model_dump_json(), places, float(width), order, alone)
 
 
 @lru_cache(maxsize=8)
-def _strip(stated: str, places: tuple[float, ...], width: float, order: int) -> FiniteStrip:
+def _strip(
+    stated: str, places: tuple[float, ...], width: float, order: int, alone: bool
+) -> FiniteStrip:
     transducer, widths = Transducer.model_validate_json(stated), np.full(len(places), width)
-    share = resolved_share(transducer, width, order)
+    # a traction goes on beyond the ends of line loads side by side
+    share = resolved_share(transducer, width, order) if alone else np.inf
     return finite_strip(transducer, places, widths, order=order, share=share, growth=STEEP)
+
+
+def share_of_contacts(sensor: Sensor, widths: Array) -> float:
+    """Elements beside the ends of contacts, over their width: `SHARE` on a skin.
+
+    On tactels those that the light of the narrowest asks for, as of `resolved_share`; of a ladder
+    of widths, for widths that are found change a little in every step.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The drawing.
+    widths : ndarray, shape (k,)
+        Of the contacts [m].
+    """
+    if sensor.skin is not None:
+        return SHARE
+    rung = np.floor(RUNGS * np.log2(widths.min()))
+    return _share(sensor.transducer.model_dump_json(), float(2 ** (rung / RUNGS)))
+
+
+@lru_cache(maxsize=64)
+def _share(stated: str, width: float) -> float:
+    return resolved_share(Transducer.model_validate_json(stated), width, ELEMENT_ORDER)
 
 
 def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
@@ -220,26 +249,26 @@ class SkinStrain:
     def _strips(self) -> dict[bytes, FiniteStrip]:
         return {}
 
-    def added(self, strip: FiniteStrip, load: Array, changes: Array) -> tuple[Array, Array]:
+    def added(
+        self, strip: FiniteStrip, load: SurfaceLoad, changes: Changes | None = None
+    ) -> tuple[Array, Array]:
         """What it adds to the phase, shape (m,), and how that changes, shape (k, m) [rad].
 
         Parameters
         ----------
         strip : FiniteStrip
             As of `strip`.
-        load : ndarray, shape (2, C)
-            Normal and tangential nodal forces [N].
-        changes : ndarray, shape (k, 2, C)
-            Changes of them.
+        load : SurfaceLoad
+            On it.
+        changes : callable, optional
+            Changes of the load, as of `FiniteStrip.beside_linear`.
 
         Raises
         ------
         InputError
             If the strip has no stable state under the load.
         """
-        stress, slopes = strip.beside_linear(
-            DeadLoad.pressing(load), [DeadLoad.pressing(change) for change in changes]
-        )
+        stress, slopes = strip.beside_linear(load, changes)
         both = np.concatenate([stress[:, None], slopes], axis=1)
         phases = self.shown(_at(self.sensor, strip, self.places, both).T)
         return phases[0], phases[1:]
@@ -263,49 +292,46 @@ class SkinStrain:
 
     def under(self, acting: Sequence[Tractions]) -> Array:
         """What it adds to the phase under tractions, shape (m,) [rad]; as of `added`."""
-        ends = np.array([one.ends for one in acting]).reshape(-1, 2)
-        strip = self.strip(ends.mean(axis=1), np.diff(ends, axis=1)[:, 0])
-        load = np.zeros((2, strip.shape[1]))
-        for one in acting:
-            load += one.forces.T @ strip.spread(one.places)[0]
-        return self.added(strip, load, np.zeros((0, *load.shape)))[0]
+        centres, widths = _extents(acting)
+        strip = self.strip(centres, widths)
+        return self.added(strip, _pressing(strip, acting))[0]
+
+
+def _extents(acting: Sequence[Tractions]) -> tuple[Array, Array]:
+    """Middles and widths of tractions [m]."""
+    ends = np.array([one.ends for one in acting]).reshape(-1, 2)
+    return ends.mean(axis=1), np.diff(ends, axis=1)[:, 0]
+
+
+def _pressing(strip: FiniteStrip, acting: Sequence[Tractions]) -> SurfaceLoad:
+    """Tractions as the strip takes them."""
+    places = np.concatenate([np.zeros(0), *(one.places for one in acting)])
+    forces = np.concatenate([np.zeros((0, 2)), *(one.forces for one in acting)])
+    return strip.pressed(places, forces)
 
 
 def finite_press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:
-    """Phase lead under presses, of one frame or of several, shape (..., m) [rad]."""
+    """Phase lead under presses, of one frame or of several, shape (..., m) [rad].
+
+    That of small strain, and what large strain adds on elements for the contacts.
+    """
     if len(presses) and not isinstance(presses[0], Press):
         return np.array([finite_press_phase(sensor, x, one) for one in presses])
     if not len(presses):
         return np.zeros(len(x))
-    parts = [_patches(sensor, press) for press in presses]
-    centres, widths, forces = (np.concatenate(part) for part in zip(*parts, strict=True))
-    strip = finite_strip(sensor.transducer, centres, widths)
-    return phase_of(sensor, strip, x, strip.solved(forces))
+    acting = [tractions(sensor, press) for press in presses]
+    strip = finite_strip(sensor.transducer, *_extents(acting), share=SHARE)
+    load = _pressing(strip, acting)
+    if sensor.skin is None and sensor.transducer.loads == "follower":
+        # an even traction is the patch of a tactel, whose chord it follows
+        patched = np.array([_is_even(press) for press in presses])
+        forces = np.array([one.forces.sum(axis=0) for one in acting]) * patched[:, None]
+        small = [one for one, even in zip(acting, patched, strict=True) if not even]
+        load = Together((strip.load(forces), _pressing(strip, small)))
+    added = _at(sensor, strip, x, strip.beside_linear(load, exact=True)[0])
+    return press_phase(sensor, x, presses) + added
 
 
-def _patches(sensor: Sensor, press: Press) -> tuple[Array, Array, Array]:
-    """Centres and widths of patches [m], and their forces, that together do what a press does."""
-    found = tractions(sensor, press)
-    if press.profile == "flat" and press.width is not None:
-        shear = [[press.normal, press.shear[0]]]
-        return np.array([press.x]), np.atleast_1d(press.width).astype(float), np.array(shear)
-    order = np.argsort(found.places)
-    places, forces = found.places[order], found.forces[order]
-    if press.width is None and len(places) > 1:
-        reach = (places[[0, -1]] * 3 - places[[1, -2]]) / 2
-    else:
-        reach = press.x + np.array([-0.5, 0.5]) * np.max(press.width or 0.0)
-    step = float(reach[1] - reach[0]) / PATCHES
-    if step <= 0:
-        raise InputError(
-            "A press without a width is a line, under which large strain has no solution; give it "
-            "a width or a radius."
-        )
-    edges = reach[0] + step * np.arange(PATCHES + 1)
-    sums = np.cumsum(forces, axis=0) - forces / 2
-    ends, sums = (
-        np.concatenate([reach[:1], places, reach[1:]]),
-        np.concatenate([np.zeros((1, 2)), sums, forces.sum(axis=0)[None]]),
-    )
-    reached = np.column_stack([np.interp(edges, ends, part) for part in sums.T])
-    return edges[:-1] + step / 2, np.full(PATCHES, step), np.diff(reached, axis=0)
+def _is_even(press: Press) -> bool:
+    """Whether the traction of a press is uniform."""
+    return press.profile == "flat" and press.radius is None and press.width is not None

@@ -15,9 +15,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
 from fringeforce.base.arrays import Array, Mask
@@ -26,6 +27,8 @@ from fringeforce.estimation.binning import binned
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout
+from fringeforce.mechanics.finite_strain import FiniteStrip
+from fringeforce.mechanics.surface_loads import SurfaceLoad
 from fringeforce.models.finite_strain import SkinStrain
 from fringeforce.models.node_splines import coefficients
 from fringeforce.models.skin_influence import (
@@ -48,8 +51,9 @@ pressure with c_3 = 0.02 and c_4 = 0 to 0.08 and, in partial slip, a shear with 
 c_4 = -0.1 to 1.2; a uniform pressure has c_4 = -0.2, that of a soft finger 0.15."""
 QUADRATURE = 16
 """Line loads that stand for a traction; exact for polynomials of degree 31 in the influence."""
-FINE_QUADRATURE = 64
-"""The same for the nodal forces of elements, over several of which a contact may reach."""
+FINE_QUADRATURE = 100
+"""The same for the nodal forces of elements, over several of which a contact may reach; one more is
+a prime, so that none lies at a half or a quarter of the width, where elements meet."""
 HALF_WIDTH = 0.5, 0.5
 """Mean and standard deviation of half widths, in thicknesses of the cover."""
 NARROWEST, WIDEST = 0.02, 5.0
@@ -60,7 +64,7 @@ YIELDING = 0.02
 """Share of that push by which a contact may miss the friction cone at one standard deviation."""
 MESH = 0.02
 """Standard deviation of what large strain adds to the phase, over that: what its elements miss."""
-Spread = Callable[[Array], tuple[Array, Array]]
+Spread = Callable[[Array], tuple[NDArray[Any], NDArray[Any]]]
 """Loads (..., n) that stand for unit forces at places (...), and their slopes [1/m]."""
 _ONE = np.eye(1)
 
@@ -234,11 +238,18 @@ class SkinModel:
         forces, geometry = contacts
         count, size = len(forces), changes.shape[2]
         strip = strain.strip(geometry[:, PLACE], 2 * geometry[:, WIDTH])
-        unit, change = _divided(geometry, FINE_QUADRATURE, strip.spread)
-        turned = (unit[:, :, None] * np.eye(2)[:, :, None]).reshape(2 * count, 2, -1)
-        moved = (change * forces[:, None, :, None]).reshape(count * GEOMETRY, 2, -1)
-        load = (forces[:, :, None] * unit).sum(axis=0)
-        added, slopes = strain.added(strip, load, np.concatenate([turned, moved]))
+
+        def turned(moved: Array) -> Array:
+            unit, change = _divided(geometry, FINE_QUADRATURE, partial(strip.spread, moved=moved))
+            by_geometry = change * forces[:, None, :, None]
+            pulls = (-1j * unit[:, 0], unit[:, 1])  # into the surface and along it, x + i z
+            bent = by_geometry[:, :, 1] - 1j * by_geometry[:, :, 0]
+            pulled = np.concatenate(
+                [np.stack(pulls, axis=1).reshape(2 * count, -1), bent.reshape(count * GEOMETRY, -1)]
+            )
+            return np.stack([pulled.real, pulled.imag], axis=1)
+
+        added, slopes = strain.added(strip, _pressing(strip, contacts), turned)
         by_force, by_geometry = slopes[: 2 * count], slopes[2 * count :]
         return (
             moments + by_force.reshape(moments.shape),
@@ -321,9 +332,7 @@ class SkinModel:
             return np.zeros(self.lines.shape[2])
         geometry = contacts.geometry
         strip = self.strain.strip(geometry[:, PLACE], 2 * geometry[:, WIDTH])
-        unit, _ = _divided(geometry, FINE_QUADRATURE, strip.spread)
-        load = (contacts.forces[:, :, None] * unit).sum(axis=0)
-        return self.strain.added(strip, load, np.empty((0, *load.shape)))[0]
+        return self.strain.added(strip, _pressing(strip, contacts))[0]
 
     def contacts(self, model: FrameModel, unknowns: Array) -> Contacts:
         """Contacts of unknowns, to first order as of `frame`."""
@@ -364,7 +373,26 @@ def _quadrature(count: int) -> tuple[Array, Array]:
     return t, weights[:, None] * np.column_stack([np.ones(count), *shapes])
 
 
-def _divided(geometry: Array, count: int, spread: Spread) -> tuple[Array, Array]:
+def _pressing(strip: FiniteStrip, contacts: Contacts) -> SurfaceLoad:
+    """Contacts as the strip takes them."""
+    where, profile = _profiles(contacts.geometry, FINE_QUADRATURE)
+    forces = contacts.forces[:, :, None] * profile
+    return strip.pressed(where.ravel(), forces.transpose(0, 2, 1).reshape(-1, 2))
+
+
+def _profiles(geometry: Array, count: int) -> tuple[Array, Array]:
+    """Places of small forces in contacts, shape (k, Q), and their shares, shape (k, 2, Q)."""
+    t, weights = _quadrature(count)
+    where = geometry[:, PLACE, None] + geometry[:, WIDTH, None] * t
+    shapes, pressed = geometry[:, FIRST_SHAPE:], len(PRESSURE)
+    parts = (
+        weights[:, 0] + shapes[:, :pressed] @ weights[:, 1 : 1 + pressed].T,
+        weights[:, 0] + shapes[:, pressed:] @ weights[:, 1 + pressed :].T,
+    )
+    return where, np.stack(parts, axis=1)
+
+
+def _divided(geometry: Array, count: int, spread: Spread) -> tuple[NDArray[Any], NDArray[Any]]:
     """Contacts of unit forces as loads that stand for forces at any place, and their changes.
 
     Parameters
@@ -384,15 +412,10 @@ def _divided(geometry: Array, count: int, spread: Spread) -> tuple[Array, Array]
         With place and half width [1/m] and shapes.
     """
     t, weights = _quadrature(count)
-    where = geometry[:, PLACE, None] + geometry[:, WIDTH, None] * t
-    shapes, pressed = geometry[:, FIRST_SHAPE:], len(PRESSURE)
-    parts = (
-        weights[:, 0] + shapes[:, :pressed] @ weights[:, 1 : 1 + pressed].T,
-        weights[:, 0] + shapes[:, pressed:] @ weights[:, 1 + pressed :].T,
-    )
-    profile, (own, rising) = np.stack(parts, axis=1), spread(where)
+    where, profile = _profiles(geometry, count)
+    pressed, (own, rising) = len(PRESSURE), spread(where)
     normal = FIRST_SHAPE + pressed
-    change = np.zeros((len(geometry), GEOMETRY, 2, own.shape[-1]))
+    change = np.zeros((len(geometry), GEOMETRY, 2, own.shape[-1]), own.dtype)
     change[:, PLACE] = profile @ rising
     change[:, WIDTH] = (profile * t) @ rising
     bent = weights[:, 1:].T @ own
