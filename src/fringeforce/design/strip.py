@@ -83,10 +83,10 @@ class Transducer(Part):
                 "terms in their own tables"
             )
         changing = self.relaxation or unlike or self.photoelastic.optical_creep
-        if changing and (self.strain == "finite" or not self.solved_in_a_plane):
-            raise ValueError(
-                'relaxation takes plane = "stress" or "strain", and strain = "linear"; leave it out'
-            )
+        if changing and not self.solved_in_a_plane:
+            raise ValueError('relaxation takes plane = "stress" or "strain"; leave it out')
+        if self.strain == "finite" and (refused := self.large_creep_refusal):
+            raise ValueError(refused)
         return self
 
     @model_validator(mode="after")
@@ -109,6 +109,25 @@ class Transducer(Part):
         if self.relaxation:
             return self.relaxation, self.relaxation
         return self.compliant.relaxation, self.photoelastic.relaxation
+
+    @property
+    def large_creep_refusal(self) -> str:
+        """Why large strain does not creep as this strip does; empty if it does, or nothing creeps.
+
+        Strains under loads that last are those of loads with their lags where all stresses relax
+        by one factor.
+        """
+        clear, (one, other) = self.photoelastic, self.relaxations
+        by_strain = clear.effect == "strain_optic_coefficient"
+        if not (one or other or clear.optical_creep):
+            return ""
+        if by_strain and one == other and not clear.optical_creep:
+            return ""
+        return (
+            'relaxation under strain = "finite" takes the same terms of both layers and the '
+            "strain-optic law, without optical_creep; state transducer.relaxation and "
+            'strain_optic_coefficient, or take strain = "linear"'
+        )
 
     @property
     def solved_in_a_plane(self) -> bool:

@@ -343,7 +343,18 @@ class SensorModel:
         ndarray, shape (..., n_pixels)
             With what creep and temperature do to them [rad].
         """
-        ratio = Creep.of_ratio(self.sensor.transducer)
+        transducer = self.sensor.transducer
+        ratio = Creep.of_ratio(transducer)
+        finite = checked_strain(strain or transducer.strain) == "finite"
+        if times is not None and finite and (refused := transducer.large_creep_refusal):
+            raise InputError(f"{refused[0].upper()}{refused[1:]}.")
+        if times is not None and finite and len(Creep.of(transducer).rates):
+            # strains are those of loads with their lags at once, and so is the light of strain
+            loads = self._loads_in_a_row(forces, times)
+            own = checked_times(times, len(loads))
+            lasting = loads + Creep.of(transducer).added(own, loads)
+            phase = self.phase(lasting, strain=strain)
+            return frame_scale(self.sensor, temperature, phase.shape[:-1]) * phase
         if times is not None and len(ratio.rates):
             phase = self._turned_phase(forces, times, ratio)
         else:
@@ -365,6 +376,18 @@ class SensorModel:
         own = checked_times(times, len(phase))
         return phase + Creep.of(self.sensor.transducer).added(own, phase)
 
+    def _loads_in_a_row(self, forces: ArrayLike | Presses, times: ArrayLike) -> Array:
+        """Forces of frames in a row, shape (F, n, 2) [N]."""
+        if are_presses(forces):
+            raise InputError(
+                "Large strain that creeps is simulated with forces on tactels; give forces of "
+                "shape (F, n, 2)."
+            )
+        loads = finite_loads(cast(ArrayLike, forces), self.sensor.tactels.count)
+        if loads.ndim != 3:
+            raise InputError(f"times go with frames in a row, not with shape {loads.shape[:-2]}.")
+        return loads
+
     def _turned_phase(self, forces: ArrayLike | Presses, times: ArrayLike, ratio: Creep) -> Array:
         """Phases of frames in a row, of layers that relax unlike, before they creep alike."""
         if are_presses(forces) or self.imaging is not None:
@@ -372,9 +395,7 @@ class SensorModel:
                 "Layers that relax unlike are simulated as drawn and with forces on tactels; give "
                 "forces of shape (F, n, 2) to the model of the drawing."
             )
-        loads = finite_loads(cast(ArrayLike, forces), self.sensor.tactels.count)
-        if loads.ndim != 3:
-            raise InputError(f"times go with frames in a row, not with shape {loads.shape[:-2]}.")
+        loads = self._loads_in_a_row(forces, times)
         own = checked_times(times, len(loads))
         return turned_phase(self._ratio_powers, ratio, own, loads.reshape(len(loads), -1))
 
