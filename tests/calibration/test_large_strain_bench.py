@@ -134,6 +134,42 @@ def test_new_frames_are_read_within_their_deviations(calibrated, bench, tmp_path
     assert total < chi_square.isf(IMPROBABLE, READ * 2 * COUNT)
 
 
+def test_drift_is_found_under_loads_of_large_strain(calibrated, bench) -> None:
+    """Of the light, the residual and the camera's place; known loads are solved for."""
+    model, _, _, _ = bench
+    imaging = model.imaging
+    place, light = 4e-5, 0.93
+    residual = 0.12 * np.sin(np.linspace(0, 5, PIXELS) + 0.4)
+    later = replace(
+        model,
+        imaging=replace(
+            imaging, positions=imaging.positions + place, amplitude=imaging.amplitude * light
+        ),
+    )
+    forces = combined(np.random.default_rng(8), 12)
+    tactels, x = model.sensor.tactels, later.pixel_positions
+    widths = np.full(COUNT, tactels.contact_width)
+    strip = finite_strip(model.sensor.transducer, tactels.positions, widths, order=6)
+    phases = np.array([phase_of(model.sensor, strip, x, strip.solved(one)) for one in forces])
+    frames, middle = later.delivered(phases + residual, rng=9), np.abs(x) < 3e-3
+    was, now = (one.imaging.amplitude[middle].mean() for one in (calibrated, later))
+    for known in (None, forces):
+        found = ff.update(calibrated, frames, loads=known)
+        seen = found.imaging
+        assert seen is not None
+        assert findings(found).usable
+        assert not findings(found).outliers
+        assert np.abs((seen.positions - x)[middle].mean()) < 0.15 * place
+        error = seen.amplitude[middle].mean() - now
+        assert np.abs(error) < 0.15 * np.abs(was - now)
+        if known is None:
+            continue
+        std = np.linalg.norm(seen.amplitude_modes[:, middle].mean(axis=1))
+        assert np.abs(error) < 4 * std
+        left = (seen.residual - residual)[middle]
+        assert np.sqrt(np.square(left).mean()) < 0.05 * np.abs(residual).max()
+
+
 def test_contacts_at_any_place_are_taken_from_their_own_elements() -> None:
     """Loads by place, beside tactels."""
     model, rng = made("follower"), np.random.default_rng(6)

@@ -510,7 +510,9 @@ class _State:
             precision[:count] *= HELD
             mean[:count] = self.loads[number]
             known = prior._replace(precision=precision, mean=mean)
-            alone = replace(posterior, prior=known)
+            # second order alone would be taken for drift
+            solved = reader.solved_at(posterior, self.loads[number])
+            alone = replace(solved, prior=known)
             starts = [mean]
             for row in np.flatnonzero(self.rows.design):
                 # fringes that a wrong strength shifts by one are a valley of their own

@@ -15,9 +15,16 @@ import numpy as np
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.design_entries import EFFECTS, varied
+from fringeforce.contacts.press import uniform
 from fringeforce.design.strip import Sensor
 from fringeforce.mechanics.finite_strain import finite_strip
-from fringeforce.models.finite_strain import ELEMENT_ORDER, SHARE, added_phase
+from fringeforce.mechanics.second_order import STEEP
+from fringeforce.models.finite_strain import (
+    ELEMENT_ORDER,
+    SkinStrain,
+    added_phase,
+    share_of_contacts,
+)
 
 STEP = 0.03
 """Step of an entry of the design, over which differences are taken: what strain adds is a small
@@ -126,13 +133,14 @@ class StrainPhases:
                     continue
             # slopes are carried: they change little
             slopes = added[1:, f] if known else None
-            found = _solved(made, beside, grid, own, slopes)
+            found = _solved(sensor, made, beside, grid, own, slopes)
             solved[f] = own if found is not None else None
             added[:, f] = 0.0 if found is None else found
         return StrainPhases(design, tuple(solved), added)
 
 
 def _solved(
+    drawn: Sensor,
     made: Sensor,
     beside: Sequence[Sensor | None],
     grid: Array,
@@ -147,17 +155,34 @@ def _solved(
     if not len(own.widths):
         return None
     try:
-        here = _added(made, grid, own)
+        share = share_of_contacts(drawn, own.widths)
+        here = _added(made, grid, own, share)
         if slopes is None:  # the phase is proportional to the effect
-            rises = [here if d is None else (_added(d, grid, own) - here) / STEP for d in beside]
+            rises = [
+                here if one is None else (_added(one, grid, own, share) - here) / STEP
+                for one in beside
+            ]
             slopes = np.reshape(rises, (len(beside), len(grid)))
     except InputError:
         return None
     return np.concatenate([here[None], slopes])
 
 
-def _added(made: Sensor, grid: Array, own: FrameContacts) -> Array:
-    """What strain adds at places of a strip under contacts, shape (G,) [rad]."""
-    share = np.inf if made.skin is None else SHARE  # as readings of either
-    strip = finite_strip(made.transducer, own.places, own.widths, order=ELEMENT_ORDER, share=share)
+def _added(made: Sensor, grid: Array, own: FrameContacts, share: float) -> Array:
+    """What strain adds at places of a strip under contacts, shape (G,) [rad].
+
+    On elements as of readings: contacts are patches, as those of tactels, with such a share of
+    their width, or tractions of a skin.
+    """
+    if made.skin is not None:
+        each = zip(own.places, own.widths, own.forces, strict=True)
+        return SkinStrain(made, grid).under([uniform(x, width, force) for x, width, force in each])
+    strip = finite_strip(
+        made.transducer,
+        own.places,
+        own.widths,
+        order=ELEMENT_ORDER,
+        share=share,
+        growth=STEEP,
+    )
     return added_phase(made, strip, grid, own.forces)

@@ -70,6 +70,12 @@ class Tractions(NamedTuple):
         return np.diff(reached, axis=0)
 
 
+def uniform(x: float, width: float, force: Array) -> Tractions:
+    """A normal and a tangential force [N], shape (2,), spread evenly over a width about x [m]."""
+    places, shares = _profile("flat")
+    return Tractions(x + width / 2 * places, shares[:, None] * force)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Press:
     """Something that presses on a strip or a pad anywhere.

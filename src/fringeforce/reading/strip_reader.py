@@ -430,6 +430,15 @@ class StripFrameReader(StripFrames):
         share = HARMLESS if posterior.centre is None else TOLERATED_SOLVED
         if np.abs(left).max() > MOST_LEFT or self._tolerated(posterior, unknowns, share):
             return posterior
+        return self.solved_at(posterior, loads)
+
+    def solved_at(self, posterior: Posterior, loads: Array) -> Posterior:
+        """The posterior with large strain solved at loads (2n,) [N]; as it is of small strain.
+
+        And where the surface folds under them.
+        """
+        if self.higher_orders is None:
+            return posterior
         try:
             phase = self.higher_orders.phase(loads)
         except InputError:
