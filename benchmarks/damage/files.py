@@ -121,7 +121,7 @@ def recordings(
 
 
 def sweep_files(folder: Path, rng: np.random.Generator, tries: int) -> Iterator[Case]:
-    """Results of a sweep with one bit changed, or cut off: read, and resumed."""
+    """Results of a sweep, finished or killed, with one bit changed, or cut off: read, resumed."""
     text = (EXAMPLES / "studies/thin-or-soft.toml").read_text(encoding="utf-8")
     study = folder / "sweep.toml"
     study.write_text(text, encoding="utf-8")
@@ -134,7 +134,8 @@ def sweep_files(folder: Path, rng: np.random.Generator, tries: int) -> Iterator[
             values = dict(zip(NAMES, rng.uniform(size=len(NAMES)).tolist(), strict=True))
             changes = start(axes, sensor)
             store.record(number, changes, Performance(**values))
-    content, good = path.read_bytes(), read_results(path)
+        killed = path.read_bytes()
+    contents, good = (path.read_bytes(), killed), read_results(path)
 
     def same() -> None:
         found = read_results(path)
@@ -144,9 +145,11 @@ def sweep_files(folder: Path, rng: np.random.Generator, tries: int) -> Iterator[
         with open_store(path, told, axes, 40) as store:
             assert store.outcome(7) is not None, "a result is lost"
 
-    yield "whole", same
+    for content, words in zip(contents, ("finished", "killed"), strict=True):
+        path.write_bytes(content)
+        yield words, same
     for number in range(tries):
-        path.write_bytes(damaged(content, rng, number % 4 == 0))
+        path.write_bytes(damaged(contents[number // 4 % 2], rng, number % 4 == 0))
         yield f"sweep {number}", same
 
 

@@ -199,6 +199,17 @@ def _copies(
         grown = len(pickle.dumps(own)) / (size + 10_000)
         assert grown < MOST, f"{grown:.1f} times as large as its numbers"
 
+    def unasked() -> None:
+        good = kind.reader().read(kind.frames[0] // 2, **kind.told[0])
+        assert good.status is ff.Status.MODEL_MISMATCH, "half the light is taken for all of it"
+        own = again(good)
+        assert "findings" not in vars(good), "what differs is looked for at once"
+        if again is _pickled:
+            (said,) = own.findings
+            assert "had not been asked for" in said, "no word that nothing was looked for"
+        np.testing.assert_array_equal(own.forces, good.forces)
+        np.testing.assert_array_equal(own.std, good.std)
+
     def batch() -> None:
         times = [one["time"] for one in kind.told if one] or None
         good = kind.reader().read_batch(kind.frames, times=times)
@@ -211,7 +222,8 @@ def _copies(
         "model": model,
         "reader": whole,
         "reading": lambda: reading(first),
-        "refused reading": lambda: reading(kind.reader().read(nothing, **kind.told[0])),
+        "bad frame": lambda: reading(kind.reader().read(nothing, **kind.told[0])),
+        "refused reading": unasked,
         "batch": batch,
     }
 

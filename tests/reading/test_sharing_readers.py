@@ -1,5 +1,6 @@
 """Readers, models and readings travel between threads and processes and stay the same."""
 
+import copy
 import os
 import pickle
 import signal
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
+from fringeforce.reading.diagnosis import Diagnosis
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +61,7 @@ def test_a_pickled_reading_holds_its_numbers_and_nothing_else(
     elif kind == "bad":
         frame = np.zeros_like(frame)
     good = ff.Reader(model).read(frame, time=time)
+    assert len(good.findings) == (kind == "unexplained")
     written = pickle.dumps(good)
     found = pickle.loads(written)
     for name in ("forces", "std", "covariance", "phase", "chi2", "alternatives"):
@@ -67,6 +70,31 @@ def test_a_pickled_reading_holds_its_numbers_and_nothing_else(
     assert found.findings == good.findings
     assert (good.status is ff.Status.MODEL_MISMATCH) == (kind == "unexplained")
     assert len(written) < 2 * (good.covariance.nbytes + good.phase.nbytes) + 20_000
+
+
+def test_copies_of_a_refused_reading_wait_for_its_findings(
+    model: ff.SensorModel, frames: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reader, asked = ff.Reader(model), []
+    found = Diagnosis.findings
+    monkeypatch.setattr(
+        Diagnosis, "findings", lambda *args: (asked.append("once"), found(*args))[1]
+    )
+    moved = reader.read(np.roll(frames[0], 12))  # 0.3 mm beside the sensor
+    copies = copy.copy(moved), copy.deepcopy(moved), copy.deepcopy(copy.deepcopy(moved))
+    written = pickle.loads(pickle.dumps(moved))
+    assert not asked
+    (said,) = written.findings
+    assert "had not been asked for" in said
+    assert said in written.advice
+    good = moved.findings
+    assert good != written.findings
+    for one in copies:
+        assert one.findings == good
+        np.testing.assert_array_equal(one.forces, moved.forces)
+    assert len(asked) == 4
+    assert pickle.loads(pickle.dumps(moved)).findings == good
+    assert not np.shares_memory(copies[1].covariance, moved.covariance)
 
 
 def test_threads_on_one_reader_find_what_one_thread_does(

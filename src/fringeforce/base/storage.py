@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -30,8 +30,9 @@ HDF5 = (".h5", ".hdf5", ".nc")
 FORCE_AXES = ("tactel", "component")
 """Last dimensions of forces and of what belongs to them."""
 LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
-SEAL = b"\nfringeforce-sha256:"
-"""What stands after the end of an HDF5 file, where HDF5 reads nothing, before the digest."""
+SEAL, UNFINISHED = b"\nfringeforce-sha256:", b"\nfringeforce-layout:"
+"""What stands after the end of an HDF5 file, where HDF5 reads nothing, before the digest: of the
+whole, or, while values are written in place, of all but them, which have checksums of their own."""
 DIGEST_BYTES = hashlib.sha256().digest_size
 UNREADABLE = (
     OSError,
@@ -116,27 +117,51 @@ def new_file(
                 end.write(SEAL + hashlib.sha256(image).digest())
 
 
-def seal(path: PathLike) -> None:
-    """Write the checksum of a file behind it, which was written to until now."""
+def seal(path: PathLike, opened: h5py.File | None = None) -> None:
+    """Write a checksum behind a file: of the whole, or, while it is open, of all but its arrays.
+
+    These need a checksum of each chunk then, and places that stay where they are.
+    """
     place = Path(path)
-    digest = _digest(place, place.stat().st_size)
+    unseal(place)
+    if opened is not None:
+        opened.flush()  # which also cuts off what stood behind the end when it was opened
+    digest = _digest(place, place.stat().st_size, [] if opened is None else _chunks(opened))
     with place.open("ab") as file:
-        file.write(SEAL + digest)
+        file.write((SEAL if opened is None else UNFINISHED) + digest)
 
 
 def unseal(path: PathLike) -> None:
     """Take the checksum off a file that will be written to, if it has one."""
-    if _sealed(Path(path)) is not None:
-        os.truncate(path, Path(path).stat().st_size - len(SEAL) - DIGEST_BYTES)
+    if _sealed(Path(path))[1]:
+        os.truncate(path, _content(Path(path)))
 
 
-def _digest(path: Path, size: int) -> bytes:
-    """SHA-256 of the first bytes of a file."""
+def _content(place: Path) -> int:
+    """Bytes before the checksum of a file that has one."""
+    return max(place.stat().st_size - len(SEAL) - DIGEST_BYTES, 0)
+
+
+def _chunks(file: h5py.File) -> list[tuple[int, int]]:
+    """Where the values of a file begin and end, in its order."""
+    found = [
+        one.id.get_chunk_info(number)
+        for one in (dataset(file, name) for name in file)
+        for number in range(one.id.get_num_chunks())
+    ]
+    return sorted((chunk.byte_offset, chunk.byte_offset + chunk.size) for chunk in found)
+
+
+def _digest(path: Path, size: int, without: Sequence[tuple[int, int]]) -> bytes:
+    """SHA-256 of the first bytes of a file, but for some stretches."""
     found = hashlib.sha256()
+    starts, ends = [0, *(end for _, end in without)], [*(start for start, _ in without), size]
     with path.open("rb") as file:
-        while size > 0 and (block := file.read(min(size, 1 << 20))):
-            found.update(block)
-            size -= len(block)
+        for start, end in zip(starts, ends, strict=True):
+            file.seek(start)
+            while start < end and (block := file.read(min(end - start, 1 << 20))):
+                found.update(block)
+                start += len(block)
     return found.digest()
 
 
@@ -145,21 +170,25 @@ def _verify(path: PathLike) -> None:
     place = Path(path)
     if place.exists() and not place.is_file():
         raise FileFormatError(f"{path} is no regular file; give the path of an HDF5 file.")
-    digest = _sealed(place)
-    size = place.stat().st_size - len(SEAL) - DIGEST_BYTES
-    if digest is not None and digest != _digest(place, size):
+    kind, digest = _sealed(place)
+    values: list[tuple[int, int]] = []
+    if kind == UNFINISHED:
+        with h5py.File(place, "r") as file:
+            values = _chunks(file)
+    if kind and digest != _digest(place, _content(place), values):
         raise FileFormatError(
             f"{path} is damaged: its content does not match its checksum; restore it from a copy "
             "or make it again (a model: characterize or calibrate again)."
         )
 
 
-def _sealed(place: Path) -> bytes | None:
-    """The checksum that a file says it has; none if it says nothing."""
+def _sealed(place: Path) -> tuple[bytes, bytes]:
+    """The kind of checksum that a file says it has, and the checksum; empty if it says nothing."""
     with place.open("rb") as file:
-        file.seek(max(place.stat().st_size - len(SEAL) - DIGEST_BYTES, 0))
+        file.seek(_content(place))
         end = file.read()
-    return end[len(SEAL) :] if end.startswith(SEAL) else None
+    kind = end[: len(SEAL)]
+    return (kind, end[len(SEAL) :]) if kind in (SEAL, UNFINISHED) else (b"", b"")
 
 
 def stamp(file: h5py.File, kind: str) -> None:

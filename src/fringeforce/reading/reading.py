@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -64,6 +65,13 @@ _ADVICE = {
 }
 
 
+NOT_FOUND_YET = (
+    "What differs from the design had not been asked for when this reading was pickled; ask for "
+    "its `findings` before, or read the frame again."
+)
+"""The findings of a pickled reading without any: they may take a minute, and a reader, to find."""
+
+
 @dataclass(frozen=True, eq=False)
 class Traction:
     """Force per area along a skin.
@@ -123,7 +131,9 @@ class Reading:
 
     Notes
     -----
-    Much is computed when it is first asked for; pickles and copies hold all of it.
+    Much is computed when it is first asked for.  Copies find later what the original would; pickles
+    hold all numbers, and the findings if they were asked for before, or else a sentence that says
+    so: only the reader, which they do not hold, can find them.
 
     Examples
     --------
@@ -259,9 +269,31 @@ class Reading:
         return self.__dict__.setdefault(name, later[name]())
 
     def __getstate__(self) -> dict[str, Any]:
-        """Everything computed, for pickles and copies: without the reader that would compute it."""
-        values = {name: getattr(self, name) for name in self.__dict__.get("_later", {})}
-        return {name: value for name, value in self.__dict__.items() if name != "_later"} | values
+        """All numbers, for pickles: without the reader, which alone could find what differs."""
+        values = dict(self.__dict__)
+        for name in values.pop("_later", {}):
+            skipped = name == "findings" and self._undiagnosed
+            values[name] = (NOT_FOUND_YET,) if skipped else getattr(self, name)
+        return values
+
+    def __copy__(self) -> Reading:
+        """The same arrays, and what was not asked for yet is computed when it is."""
+        again = object.__new__(type(self))
+        again.__dict__.update(self.__dict__)
+        return again
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Reading:
+        """Arrays of its own; findings that were not asked for yet are found when they are."""
+        again = object.__new__(type(self))
+        again.__dict__.update(deepcopy(self.__getstate__(), memo))
+        if not self._undiagnosed:
+            return again
+        return again.with_findings(self.__dict__["_later"]["findings"])
+
+    @property
+    def _undiagnosed(self) -> bool:
+        """Whether the findings have to be computed, which has not been asked for."""
+        return "findings" in self.__dict__.get("_later", {}) and "findings" not in self.__dict__
 
     @property
     def std(self) -> Array:

@@ -2,8 +2,8 @@
 
 Every design has its place in the file from the start, so that a result is a few numbers written in
 place and no structure of the file changes after its creation: a process that is killed loses the
-designs that it was working on and nothing else.  A checksum of the whole stands behind it while
-nobody writes to it, and each column has its own.
+designs that it was working on and nothing else.  Each column has a checksum of its own; another
+one stands behind the file, of all but the columns while it is written to, of the whole afterwards.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from fringeforce.base.storage import (
     new_file,
     read,
     seal,
-    unseal,
     writing,
 )
 from fringeforce.studies.performance import NAMES, UNITS, Performance
@@ -115,16 +114,18 @@ def open_store(
         _create(place, study, axes, designs)
     with existing_file(place, KIND) as file:
         same = same_study(str(file.attrs["study"]), study)
-        if not same or len(file["design"]) != designs:
+        columns = {name: read(file, name) for name in file}  # none of them is damaged
+        if not same or len(columns["design"]) != designs:
             raise InputError(
                 f"{place} holds the results of another study, or of this one before a change; "
                 "write to another file, or remove that one."
             )
     with writing(place):
         file = h5py.File(place, "r+")
-        unseal(place)
     try:
         with file:
+            with writing(place):
+                seal(place, file)
             yield ResultStore(file, axes)
     finally:
         with writing(place):
