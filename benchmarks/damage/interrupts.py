@@ -1,11 +1,18 @@
-"""Commands that are interrupted as by Ctrl-C, at moments all over their run."""
+"""Commands that are interrupted, at moments all over their run.
+
+As by Ctrl-C in a terminal and by a system that shuts down, which reach all processes of a command,
+and as by a polite `kill`, which reaches the first.
+"""
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import subprocess
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -14,16 +21,21 @@ import numpy as np
 import fringeforce as ff
 from damage.commands import COMMAND, EXAMPLES, bench
 from damage.counting import Case
+from fringeforce.io.frames import save_frames
 from fringeforce.io.tables import save_forces
 
-ENDS = 130, -signal.SIGINT, 0
-"""Of a command, of a Python that was ending, and of what was done at that moment."""
+WAYS = (
+    ("Ctrl-C", signal.SIGINT, os.killpg),
+    ("SIGTERM", signal.SIGTERM, os.kill),
+    ("SIGTERM to all", signal.SIGTERM, os.killpg),
+)
+"""Signals, and whether all processes of a command get them."""
 PATIENCE = 20
-"""Seconds within which an interrupted command has to end."""
+"""Seconds within which an interrupted command, and each process that it began, has to end."""
 
 
 def interrupts(model: ff.SensorModel, folder: Path, tries: int) -> Iterator[Case]:
-    """Each command is interrupted at some moments: status 130, no traceback, nothing half."""
+    """Each command is interrupted at some moments: its status, one line, nothing half or left."""
     where = folder / "interrupted"
     loads = bench(where, model, 8)
     many = model.expose(np.tile(loads, (3000, 1, 1)), rng=0)
@@ -34,6 +46,13 @@ def interrupts(model: ff.SensorModel, folder: Path, tries: int) -> Iterator[Case
     np.save(where / "many-shots.npy", shots)
     corners = "--corners", "5,5 2194,5 2194,35 5,35"
     save_forces(where / "many.csv", np.tile(loads, (3000, 1, 1)))
+    held = np.zeros((60, 11, 2))
+    held[5:40, ::2, 0] = 1.0
+    save_forces(where / "held.csv", held)
+    relaxing = ff.characterize(model.sensor.replace(**{"transducer.relaxation": [(0.06, 0.4)]}))
+    when = np.arange(60) / 10
+    creeping = relaxing.expose(held, rng=0, times=when)
+    save_frames(where / "held.h5", creeping, relaxing.pixel_positions, times=when)
     sweep = str(EXAMPLES / "studies/thin-or-soft.toml")
     commands = {
         "characterize": ["characterize", "wide-pad", "-o", "new.h5"],
@@ -51,14 +70,24 @@ def interrupts(model: ff.SensorModel, folder: Path, tries: int) -> Iterator[Case
         "read": ["read", "model.h5", "many.npy", "-o", "new.csv"],
         "sweep": ["sweep", sweep, "-o", "new.h5"],
         "dataset": ["dataset", "fingers.toml", "-o", "new"],
+        "update": ["update", "model.h5", "frames.h5", "-o", "new.h5"],
+        "creep": ["creep", "model.h5", "held.h5", "held.csv", "-o", "new.h5"],
+        "explore": ["explore", "--no-browser"],
+        "explore a pad": ["explore", "pad", "--no-browser"],
     }
     before = {path.name for path in where.iterdir()}
     for number in range(tries):
-        for name, arguments in commands.items():
+        for turn, (name, arguments) in enumerate(commands.items()):
             delay = 0.2 + 9.0 * (number + 0.5) / tries
+            words, signalled, send = WAYS[(number + turn) % len(WAYS)]
 
-            def attempt(arguments: list[str] = arguments, delay: float = delay) -> None:
-                interrupt(arguments, where, delay)
+            def attempt(
+                arguments: list[str] = arguments,
+                delay: float = delay,
+                signalled: signal.Signals = signalled,
+                send: Callable[[int, int], None] = send,
+            ) -> None:
+                interrupt(arguments, where, delay, signalled, send)
                 left = {path.name for path in where.iterdir()} - before
                 # what is finished is kept: sweeps and data sets go on there
                 hidden = [one for one in left if one.startswith(".")]
@@ -66,17 +95,60 @@ def interrupts(model: ff.SensorModel, folder: Path, tries: int) -> Iterator[Case
                 for one in left:
                     usable(where / one)
 
-            yield f"{name} after {delay:.1f} s", attempt
+            yield f"{name}, {words} after {delay:.1f} s", attempt
 
 
-def interrupt(arguments: list[str], folder: Path, delay: float) -> None:
-    """Run a command, press Ctrl-C after some seconds, and look at how it ends."""
-    limits = "--preserve-status", "--signal=INT", f"--kill-after={PATIENCE}", str(delay)
-    run = subprocess.run(
-        ["timeout", *limits, *COMMAND, *arguments], cwd=folder, capture_output=True, text=True
+def interrupt(
+    arguments: list[str],
+    folder: Path,
+    delay: float,
+    signalled: signal.Signals,
+    send: Callable[[int, int], None],
+) -> None:
+    """Run a command, interrupt it after some seconds, and look at how it ends."""
+    # of the folder, so that what is left of temporary files is seen
+    scratch = folder / "temporary"
+    scratch.mkdir()
+    run = subprocess.Popen(
+        [*COMMAND, *arguments],
+        cwd=folder,
+        env={**os.environ, "TMPDIR": str(scratch)},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
-    assert "Traceback" not in run.stderr, run.stderr[-400:]
-    assert run.returncode in ENDS, f"status {run.returncode}: {run.stderr[-200:]}"
+    try:
+        try:
+            run.wait(delay)
+        except subprocess.TimeoutExpired:
+            send(run.pid, signalled)
+        _, said = run.communicate(timeout=PATIENCE)
+        assert "Traceback" not in said, said[-400:]
+        ends = (128 + signalled, -signalled, 0)  # one line, Python not yet ours, done by then
+        assert run.returncode in ends, f"status {run.returncode}: {said[-200:]}"
+        if run.returncode == ends[0]:
+            last = said.strip().splitlines()[-1:]
+            assert last == [f"fringeforce: interrupted by {signalled.name}."], said[-200:]
+        assert ended(run.pid), "processes are left"
+        names = [path.name for path in scratch.iterdir()]
+        assert run.returncode == -signalled or not names, f"temporary files are left: {names}"
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(run.pid, signal.SIGKILL)
+        run.wait()
+        shutil.rmtree(scratch)
+
+
+def ended(group: int) -> bool:
+    """Whether all processes of a group end soon."""
+    for _ in range(10 * PATIENCE):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
 
 
 def usable(path: Path) -> None:

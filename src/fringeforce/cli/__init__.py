@@ -39,8 +39,12 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-INTERRUPTED = 130
-"""Status of a command that Ctrl-C has ended, as of shells: 128 and the number of SIGINT."""
+SIGNALLED = 128
+"""Status of a command that a signal has ended, less its number, as of shells."""
+INTERRUPTED = SIGNALLED + signal.SIGINT
+"""Of one that Ctrl-C has ended."""
+POLITE = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Signals by which others ask a command to end, which it does as at Ctrl-C."""
 AGAIN_AFTER = 0.02
 """Seconds after which an interrupt that was lost, or would do harm, comes again: what it came in
 takes microseconds."""
@@ -62,6 +66,15 @@ def main() -> None:
     from fringeforce.base.errors import FringeforceError
 
     sys.unraisablehook = _interrupt_again
+    came = [signal.SIGINT]
+
+    def end(number: int, frame: FrameType | None) -> None:
+        came[:] = [signal.Signals(number)]
+        signal.raise_signal(signal.SIGINT)
+
+    for number in POLITE:
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, end)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _raise_interrupt)
     try:
@@ -72,9 +85,11 @@ def main() -> None:
     except (KeyboardInterrupt, SystemExit, SystemError) as error:
         if not _interrupted(error):
             raise
-        # another Ctrl-C has nothing left to end: it would only break off the end of Python
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        sys.exit(INTERRUPTED)
+        # another one has nothing left to end: it would only break off the end of Python
+        for number in (signal.SIGINT, *POLITE):
+            signal.signal(number, signal.SIG_IGN)
+        print(f"fringeforce: interrupted by {came[0].name}.", file=sys.stderr)
+        sys.exit(SIGNALLED + came[0])
 
 
 def _raise_interrupt(number: int, frame: FrameType | None) -> None:

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 STATIC = Path(__file__).parent / "static"
 MOST_PAGES = 8
 """Pages that may be open at a time."""
+HEARD_WITHIN = 0.1
+"""Seconds within which the server hears that it is to end, before the first picture is there."""
 
 
 def application(
@@ -40,6 +42,7 @@ def application(
     token: str,
     ready: Callable[[], object] = bool,
     camera: Source | None = None,
+    ended: Callable[[], bool] = bool,
 ) -> Guard:
     """The explorer as an ASGI application.
 
@@ -53,6 +56,8 @@ def application(
         Called once the first picture can be had at once.
     camera : Source, optional
         Pages can watch it; it is started when the first one does.
+    ended : callable
+        Whether the server is to end, which is asked while the first picture is computed.
     """
     page = page_of(start.sensor)
     if camera is not None and start.sensor.skin is not None:
@@ -67,7 +72,14 @@ def application(
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
         nonlocal live
         with closing(workers):
-            solved = await workers.begin(start.sensor, start.model)
+            beginning = asyncio.ensure_future(workers.begin(start.sensor, start.model))
+            while not (await asyncio.wait([beginning], timeout=HEARD_WITHIN))[0]:
+                if ended():
+                    workers.close()
+                    await asyncio.gather(beginning, return_exceptions=True)
+                    yield
+                    return
+            solved = beginning.result()
             if camera is not None:
                 # only a camera brings a reader's libraries into this process
                 from fringeforce.explorer.live import Live
@@ -163,13 +175,14 @@ def serve(
         host = f"[{bind}]" if family == socket.AF_INET6 else bind
         address = f"http://{host}:{listener.getsockname()[1]}/{token}/"
         config = uvicorn.Config(
-            application(start, token, lambda: ready(address), camera),
+            application(start, token, lambda: ready(address), camera, lambda: server.should_exit),
             log_level="warning",
             http=Patience,
             ws="websockets-sansio",
             ws_max_size=MAX_REQUEST,
             ws_per_message_deflate=False,
         )
+        server = uvicorn.Server(config)
         # the server has ended in good order before it passes the interruption on
         with suppress(KeyboardInterrupt):
-            uvicorn.Server(config).run(sockets=[listener])
+            server.run(sockets=[listener])

@@ -176,10 +176,9 @@ class Workers:
 
     async def begin(self, sensor: Any, model: bytes | None) -> Solved:
         """Solution of the first design, after which a picture of it can be had at once."""
-        solving = asyncio.ensure_future(self.solve(sensor, model))
-        if self._page.prepare is not None:
-            await self._workers[Process.ANSWERS].run(self._page.prepare)
-        solved = await solving
+        prepare, answers = self._page.prepare, self._workers[Process.ANSWERS]
+        preparing = [] if prepare is None else [answers.run(prepare)]
+        solved, *_ = await asyncio.gather(self.solve(sensor, model), *preparing)
         for wish in self._page.first:
             await self.ask(solved, wish)
         return solved
