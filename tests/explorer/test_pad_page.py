@@ -229,12 +229,14 @@ def test_presets_press_a_soft_pad_gently(page: Page, pad_server: LocalServer) ->
     assert acts == pytest.approx(4.0)  # a fifth of what presses stiff pads
 
 
-@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 390)])
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1400), ("light", 1280), ("dark", 390)])
 def test_axe_finds_nothing_serious_and_nothing_overflows(
     browser: Browser, pad_server: LocalServer, scheme: str, width: int
 ) -> None:
     with sized_page(browser, scheme, width) as page:
         expect_accessible(opened(page, pad_server, "#touch=five&stress=size"))
+        table = "() => [...document.querySelectorAll('#sums')].map((e) => e.scrollWidth - e.clientWidth)"
+        assert page.evaluate(table) == [0]
 
 
 def test_all_pictures_have_names_before_anything_is_known(

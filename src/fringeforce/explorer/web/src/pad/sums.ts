@@ -14,27 +14,32 @@ const QUANTITIES: [name: string, unit: string, factor: number][] = [
   ["Centre y", "mm", 1e3],
 ];
 const COUNT = QUANTITIES.length;
+// said in words too, for a narrow page lays cells out as a grid, which is no table to a reader of screens
+const ROW = { role: "row" };
+const CELL = { role: "cell" };
 
 export function showSums(model: PadModel | null, reading: Reading | null): void {
   showVerdict(reading);
   const region = byId("sums");
   if (!model || !reading) return;
   const heads = QUANTITIES.map(([name, unit]) => {
-    const head = element("th", { scope: "col" }, name, " ");
+    const head = element("th", { scope: "col", role: "columnheader" }, name, " ");
     head.append(element("small", {}, unit));
     return head;
   });
   const rows = Array.from({ length: reading.sums.length / (3 * COUNT) }, (_, row) => {
-    const cells = QUANTITIES.map(([, , factor], column) => {
+    const cells = QUANTITIES.map(([name, unit, factor], column) => {
       const [truth, value, spread] = [0, 1, 2].map((k) => reading.sums[(3 * row + k) * COUNT + column] * factor);
-      return cell(truth, value, spread);
+      const found = cell(truth, value, spread);
+      found.dataset.head = `${name} [${unit}]`;
+      return found;
     });
     const name = row === 0 ? "All" : `Contact ${row}`;
-    return element("tr", {}, element("th", { scope: "row" }, name), ...cells);
+    return element("tr", ROW, element("th", { scope: "row", role: "rowheader" }, name), ...cells);
   });
   const caption = element("caption", {}, "Read ± one standard deviation; below it the truth.");
-  const head = element("tr", {}, element("td"), ...heads);
-  region.replaceChildren(element("table", {}, caption, head, ...rows));
+  const head = element("tr", ROW, element("td", CELL), ...heads);
+  region.replaceChildren(element("table", { role: "table" }, caption, head, ...rows));
 }
 
 /** Say why nothing can be read. */
@@ -46,11 +51,11 @@ export function showUnread(why: string): void {
 }
 
 function cell(truth: number, value: number, spread: number): HTMLElement {
-  if (!Number.isFinite(value)) return element("td", {}, "–", element("small", {}, fixed(truth, 2)));
+  if (!Number.isFinite(value)) return element("td", CELL, "–", element("small", {}, fixed(truth, 2)));
   const digits = clamped(-Math.floor(Math.log10(spread || 1)), 0, 4);
   return element(
     "td",
-    {},
+    CELL,
     element("span", {}, `${fixed(value, digits)} ±\u00a0${fixed(spread, digits)}`),
     element("small", {}, fixed(truth, digits)),
   );
