@@ -350,6 +350,8 @@ def format_of(path: PathLike) -> str:
 def load_array(path: PathLike) -> NDArray[Any]:
     """Grey levels of a .npy file or of a PNG or TIFF picture, as stored."""
     ending = Path(path).suffix.lower()
+    if not Path(path).exists():
+        raise FileFormatError(f"There is no file {path}; give the path of frames or pictures.")
     loaders = {".npy": _load_npy, ".png": _load_png, ".tif": _load_tiff, ".tiff": _load_tiff}
     if ending not in loaders:
         given = "a folder" if Path(path).is_dir() else repr(ending)
@@ -358,7 +360,7 @@ def load_array(path: PathLike) -> NDArray[Any]:
             "photographs and videos, find the sensor with  fringeforce extract --region FILE  and "
             "give the same --region FILE to read them."
         )
-    if Path(path).exists() and not Path(path).is_file():
+    if not Path(path).is_file():
         raise FileFormatError(f"{path} is no regular file; give the path of a file of frames.")
     try:
         return loaders[ending](path)

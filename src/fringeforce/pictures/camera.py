@@ -54,8 +54,8 @@ class Light(NamedTuple):
     def stated(self) -> dict[str, str | float]:
         """All three as a design states them."""
         return {
-            "amplitude": f"{self.amplitude:.1f} +/- 10 %",
-            "offset": f"{self.offset:.1f} +/- {DARK * self.amplitude:.2g}",
+            "amplitude": f"{float(f'{self.amplitude:.3g}'):g} +/- 10 %",
+            "offset": f"{float(f'{self.offset:.3g}'):g} +/- {DARK * self.amplitude:.2g}",
             "noise": float(f"{self.noise:.3g}"),
         }
 

@@ -25,6 +25,13 @@ from fringeforce.studies.verification import Verified
 UNCERTAINTY, RANGE = "worst_uncertainty", "largest_load"
 PANELS, BINS = 4, 12
 SIZE = (10.0, 7.6)
+SHOWN = {
+    "worst_uncertainty": (1e3, "mN"),
+    "mean_uncertainty": (1e3, "mN"),
+    "thickness": (1e3, "mm"),
+    "volume": (1e9, "mm^3"),
+}
+"""Scale and unit in which a person reads a number; all others as they are."""
 
 
 def sweep_result(sweep: Sweep, name: str) -> StudyResult:
@@ -62,10 +69,11 @@ def optimum_result(optimum: BestDesign, verified: Sequence[Verified], name: str)
         for one in sweep.axes
     ]
     for quantity, unit in UNITS.items():
-        label = quantity.replace("_", " ") + (f" [{unit}]" if unit else "")
+        scale, shown = SHOWN.get(quantity, (1.0, unit))
+        label = quantity.replace("_", " ") + (f" [{shown}]" if shown else "")
         values = (getattr(p, quantity) for p in (optimum.before, optimum.performance))
-        rows.append((label, *(f"{value:.4g}" for value in values)))
-    rows.append(("worst error of noisy frames [N]", *(f"{v.found:.4g}" for v in verified)))
+        rows.append((label, *(_limit(scale * value) for value in values)))
+    rows.append(("worst error of noisy frames [mN]", *(f"{v.found * 1e3:.3g}" for v in verified)))
     text = _optimum_words(optimum, *verified)
     header = ("", "start", "found")
     return StudyResult(
@@ -212,16 +220,26 @@ def _optimum_words(optimum: BestDesign, before: Verified, after: Verified) -> st
     found, start = optimum.performance.worst_uncertainty, optimum.before.worst_uncertainty
     thickness = optimum.performance.thickness * 1e3, optimum.before.thickness * 1e3
     limits = "" if optimum.sweep.feasible[0] else ", which exceeds a constraint"
+    right = [_share(one) for one in (after.read_right, after.elsewhere, before.elsewhere)]
     return (
         f"The design found has a worst uncertainty of {found * 1e3:.3g} mN, "
         f"{_compared(found, start)} the {start * 1e3:.3g} mN of the design at the start{limits}, "
         f"in a strip {thickness[0]:.3g} mm thick against {thickness[1]:.3g} mm. Of {after.frames} "
-        f"noisy frames at its worst load {after.read_right:.1%} were read right, with an error of "
+        f"noisy frames at its worst load {right[0]} were read right, with an error of "
         f"the worst force of {after.found * 1e3:.3g} mN (predicted {after.predicted * 1e3:.3g}); "
         f"the design at the start has {before.found * 1e3:.3g} mN (predicted "
-        f"{before.predicted * 1e3:.3g}). Over all loads {after.elsewhere:.1%} were read right, and "
-        f"{before.elsewhere:.1%} at the start."
+        f"{before.predicted * 1e3:.3g}). Over all loads {right[1]} were read right, and "
+        f"{right[2]} at the start."
     )
+
+
+def _limit(value: float) -> str:
+    """A number, or that there is no limit."""
+    return f"{value:.3g}" if np.isfinite(value) else "no limit"
+
+
+def _share(value: float) -> str:
+    return f"{100 * value:.3g}%"
 
 
 def _compared(one: float, other: float) -> str:
