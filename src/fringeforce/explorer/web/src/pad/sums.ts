@@ -39,7 +39,7 @@ export function showSums(model: PadModel | null, reading: Reading | null): void 
   });
   const caption = element("caption", {}, "Read ± one standard deviation; below it the truth.");
   const head = element("tr", ROW, element("td", CELL), ...heads);
-  region.replaceChildren(element("table", { role: "table" }, caption, head, ...rows));
+  region.replaceChildren(element("table", { role: "table", class: "wide" }, caption, head, ...rows));
 }
 
 /** Say why nothing can be read. */
