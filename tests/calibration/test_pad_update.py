@@ -1,16 +1,20 @@
 """Calibrated pads brought up to date with frames whose loads nobody knows."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from pad_benches import COVER, EFFECT, TRUE, drawing
+from pad_benches import COVER, EFFECT, PROFILES, TRUE, drawing
+from scipy import stats
 from typer.testing import CliRunner
 
 import fringeforce as ff
 from fringeforce.base.errors import InputError
+from fringeforce.calibration.bench_loads import BenchLoads, bench_loads
 from fringeforce.cli import app
 from fringeforce.design.tolerances import Tolerances
+from fringeforce.io.bench_loads import save_bench_loads
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.pad import PadModel, characterize_pad
@@ -147,9 +151,11 @@ def test_frames_without_load_tell_the_light_and_not_where_the_camera_is(calibrat
 WIDE = {"transducer.length": 9e-3, "transducer.width": 9e-3, "camera.pixels": [56, 56]}
 
 
-def skin_shots(presses: list[list[ff.Press]], rng: np.random.Generator) -> np.ndarray:
+def skin_shots(
+    presses: list[list[ff.Press]], rng: np.random.Generator, size: dict[str, Any] = WIDE
+) -> np.ndarray:
     """Frames of contacts anywhere on the same pad, as wide as a skin needs, some weeks on."""
-    pad = drawing(**{**TRUE, **WIDE, **DRIFTED})
+    pad = drawing(**{**TRUE, **size, **DRIFTED})
     model = characterize_pad(pad, None, 64, 12)
     x, y = pad.pixel_positions
     light = []
@@ -195,6 +201,91 @@ def test_a_skin_is_brought_up_to_date_under_contacts_that_nobody_knows() -> None
         true = np.array([press.normal, *press.shear, press.x, press.y], dtype=float)
         off = np.concatenate([total.force, total.centre]) - true
         assert (np.abs(off) < 5 * np.concatenate([total.force_std, total.place_std])).all()
+
+
+def anywhere(rng: np.random.Generator, count: int) -> list[list[ff.Press]]:
+    """Presses by position, under three kinds of pressure."""
+    found = []
+    for number in range(count):
+        (x, y), normal, angle = (
+            rng.uniform(-1.5e-3, 1.5e-3, 2),
+            rng.uniform(0.8, 2.5),
+            rng.uniform(0, 2 * np.pi),
+        )
+        shear = 0.3 * normal * np.cos(angle), 0.3 * normal * np.sin(angle)
+        wide, profile = rng.uniform(1.4e-3, 2.2e-3), PROFILES[number % 3]
+        found.append(
+            [ff.Press(x=x, y=y, normal=normal, tangential=shear, width=wide, profile=profile)]
+        )
+    return found
+
+
+PRESSED, WRONG = 10, 4
+
+
+def written(presses: list[list[ff.Press]], rng: np.random.Generator, wrong: int) -> BenchLoads:
+    """What is written down: 0.05 mm rms beside, 1 % wrong, and the load of one row by 40 %."""
+    places = np.array([[one.x, one.y] for (one,) in presses])
+    forces = np.array([[one.normal, *one.shear] for (one,) in presses])
+    places = places + 0.05e-3 * rng.standard_normal(places.shape)
+    forces = forces * (1 + 0.01 * rng.standard_normal(forces.shape))
+    forces[wrong - 1] *= 1.4
+    return bench_loads(places, forces, np.arange(len(presses)) + 1, len(presses) + 1)
+
+
+@pytest.fixture(scope="module")
+def pressed(tmp_path_factory, calibrated) -> tuple[PadModel, str]:
+    """The pad brought up to date by the command with presses by position, and what it said."""
+    rng, folder = np.random.default_rng(9), tmp_path_factory.mktemp("pressed")
+    presses = anywhere(rng, PRESSED)
+    frames = skin_shots([[], *presses], rng, FEW)
+    save_bench_loads(folder / "loads.csv", written(presses, rng, WRONG))
+    np.save(folder / "f.npy", frames)
+    calibrated.save(folder / "m.h5")
+    arguments = [str(folder / "m.h5"), str(folder / "f.npy"), "-o", str(folder / "l.h5")]
+    run = CliRunner().invoke(app, ["update", *arguments, "--loads", str(folder / "loads.csv")])
+    assert run.exit_code == 0, run.output
+    found = ff.load_model(folder / "l.h5")
+    assert isinstance(found, PadModel)
+    return found, run.output
+
+
+@pytest.mark.slow
+def test_presses_by_position_tell_the_drift_and_the_wrong_one_is_named(pressed):
+    model, said = pressed
+    found = model.calibration
+    assert found.outliers == (WRONG,)
+    assert f"Frame {WRONG}, recorded as" in said
+    assert "The strength of the effect" in said
+    for name, value in {**TRUE, **DRIFTED}.items():
+        place = found.names.index(name)
+        assert abs(found.values[place] - value) < 4 * found.std[place], name
+    x = y = ((np.arange(64) + 0.5) / 64 - 0.5) * 7e-3
+    true = ROUGH * rest(x, y)
+    off = residual_field(model) - true
+    assert np.sqrt(np.mean(off**2)) < 0.1 * np.sqrt(np.mean(true**2))
+
+
+@pytest.mark.slow
+def test_readings_after_presses_by_position_are_right_and_their_intervals_hold(calibrated, pressed):
+    rng = np.random.default_rng(5)
+    forces = loads(rng, 12)
+    frames = shots(forces, rng)
+    assert not any(ff.Reader(calibrated).search(frame).ok for frame in frames[:3])
+    readings = [ff.Reader(pressed[0]).search(frame) for frame in frames]
+    assert all(reading.ok for reading in readings)
+    off = np.array([(r.forces - f) / r.std for r, f in zip(readings, forces, strict=True)])
+    inside = int((np.abs(off) < 1.96).sum())
+    # 144 forces, a false alarm of one in a thousand if 95 % are inside
+    assert stats.binom.ppf(0.0005, off.size, 0.95) <= inside
+
+
+def test_presses_that_are_no_presses_of_these_frames_must_not_be_used(calibrated):
+    rng = np.random.default_rng(10)
+    frames = skin_shots([[], *anywhere(rng, 5)], rng, FEW)
+    found = ff.update(calibrated, frames, loads=[[], *anywhere(rng, 5)]).calibration
+    assert not found.usable
+    assert found.findings[0].startswith("Do not use this model")
 
 
 def test_a_skin_has_no_tactels_whose_loads_are_known(calibrated):

@@ -90,6 +90,12 @@ class BenchLoads:
         return self.tactels is not None and bool((self.tactels >= 0)[self.present].all())
 
     @property
+    def stated(self) -> bool:
+        """Whether more is stated of any contact than its place and forces."""
+        more = self.place_std, self.widths, self.radii, self.width_std, self.force_std
+        return any(bool(np.isfinite(values).any()) for values in more)
+
+    @property
     def magnitude(self) -> Array:
         """Size of all forces of a frame together, the sum over its contacts, shape (F,) [N]."""
         return np.linalg.norm(np.nan_to_num(self.forces), axis=-1).sum(axis=-1)

@@ -229,6 +229,56 @@ class Expected:
     precision: Array
     sizes: dict[str, float] = field(default_factory=dict)
 
+    @property
+    def information(self) -> Array:
+        """What is known of the shared unknowns together, shape (S, S)."""
+        return np.diag(self.precision)
+
+    def loss(self, shared: Array) -> float:
+        """Twice the negative logarithm of what is expected of the shared unknowns (S,)."""
+        return float(self.precision @ np.square(shared))
+
+    def slope(self, shared: Array) -> Array:
+        """Half the derivative of that, shape (S,)."""
+        return self.precision * shared
+
+    def freedom(self, covariance: Array) -> float:
+        """How many of the shared unknowns frames tell that leave them with a covariance (S, S)."""
+        return float((1 - self.precision * np.diag(covariance)).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class ExpectedTogether(Expected):
+    """What is known of shared unknowns together, such as by an earlier calibration.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (S,)
+        Of the shared unknowns.
+    together : ndarray, shape (S, S)
+        Inverse of their covariance.
+    """
+
+    mean: Array = field(kw_only=True)
+    together: Array = field(kw_only=True)
+
+    @property
+    def information(self) -> Array:
+        """What is known of the shared unknowns together, shape (S, S)."""
+        return self.together.copy()
+
+    def loss(self, shared: Array) -> float:
+        """As of `Expected`."""
+        return float((shared - self.mean) @ self.slope(shared))
+
+    def slope(self, shared: Array) -> Array:
+        """As of `Expected`."""
+        return self.together @ (shared - self.mean)
+
+    def freedom(self, covariance: Array) -> float:
+        """As of `Expected`."""
+        return float(len(covariance) - (self.together * covariance).sum())
+
 
 @dataclass(frozen=True, eq=False)
 class BenchPosterior:
@@ -365,7 +415,7 @@ class BenchPosterior:
         counts : ndarray, shape (F,)
             Pixels that count.
         """
-        total = self._shared_loss(state.shared)
+        total = self.expected.loss(state.shared)
         told = []
         for f, own in enumerate(state.own):
             found, square, count = loss_at(
@@ -379,9 +429,6 @@ class BenchPosterior:
             told.append((square * self.heat + self.precision(f) @ np.square(off), count))
         squares, counts = np.array(told).T
         return total, squares, counts
-
-    def _shared_loss(self, shared: Array) -> float:
-        return float(self.expected.precision @ np.square(shared))
 
     def _prior(self, f: int, shared: Array) -> Prior:
         """Of the unknowns of a frame's model; the shared ones are free."""
@@ -489,8 +536,7 @@ class BenchPosterior:
     def normal(self, state: State, told: list[Eliminated]) -> tuple[Array, Array]:
         """Gradient and information of the shared unknowns, the prior included."""
         expected = self.expected
-        gradient = expected.precision * state.shared
-        information = np.diag(expected.precision)
+        gradient, information = expected.slope(state.shared), expected.information
         for share, one in zip(self.shares, told, strict=True):
             gradient[one.which] += share * one.gradient
             information[np.ix_(one.which, one.which)] += share * one.information

@@ -17,11 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.arrays import Array, Mask, numbers
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
+from fringeforce.calibration.bench_loads import BenchLoads, presses_as_loads
 from fringeforce.calibration.bench_search import SETTLED
-from fringeforce.calibration.checks import see_strip
+from fringeforce.calibration.checks import checked_bench, see_strip
 from fringeforce.calibration.crosstalk import allowed_shares
 from fringeforce.calibration.drift_report import EXPLAINED, FORCES, ROUNDS, Drift, Told, missed
+from fringeforce.calibration.load_log import LoadLog
 from fringeforce.calibration.pads.drift import updated_pad
+from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.light import light_of_channels, pairs_of_channels
 from fringeforce.design.strip import Sensor
@@ -31,6 +34,7 @@ from fringeforce.estimation.residual_test import square_limit
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.pad import PadModel
+from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import DRIFTS, uncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
@@ -48,10 +52,11 @@ def update(
     model: SensorModel,
     frames: ArrayLike,
     *,
-    loads: ArrayLike | None = None,
+    loads: ArrayLike | BenchLoads | LoadLog | Presses | None = None,
     unloaded: bool = False,
     drift: Drift | None = None,
     progress: Progress | None = None,
+    times: ArrayLike | None = None,
 ) -> SensorModel: ...
 
 
@@ -60,10 +65,11 @@ def update(
     model: PadModel,
     frames: ArrayLike,
     *,
-    loads: ArrayLike | None = None,
+    loads: ArrayLike | BenchLoads | LoadLog | Presses | None = None,
     unloaded: bool = False,
     drift: Drift | None = None,
     progress: Progress | None = None,
+    times: ArrayLike | None = None,
 ) -> PadModel: ...
 
 
@@ -71,10 +77,11 @@ def update(
     model: SensorModel | PadModel,
     frames: ArrayLike,
     *,
-    loads: ArrayLike | None = None,
+    loads: ArrayLike | BenchLoads | LoadLog | Presses | None = None,
     unloaded: bool = False,
     drift: Drift | None = None,
     progress: Progress | None = None,
+    times: ArrayLike | None = None,
 ) -> SensorModel | PadModel:
     """Bring a model up to date with frames whose loads nobody need have written down.
 
@@ -91,14 +98,18 @@ def update(
         be calibrated: known loads tell the scale of its matrix, if that has a tolerance.
     frames : array_like, shape (F, n_pixels), or (F, rows, columns) of a pad
         Grey levels.
-    loads : array_like, shape (F, n, components), optional
-        Forces that acted [N], if they are known; otherwise they are found with the rest.
+    loads : array_like, shape (F, n, components), BenchLoads, LoadLog or sequences, optional
+        Forces of tactels that acted [N], if they are known; of pads also presses by position or by
+        time, as `calibrate` takes them, within what is stated of places and forces, wrong ones left
+        out.  Otherwise they are found with the rest.
     unloaded : bool
         Whether nothing touches the sensor in any of the frames.
     drift : Drift, optional
         What may have changed, and by how much.
     progress : callable, optional
         Called with a title, the steps done and the steps expected.
+    times : array_like, shape (F,), optional
+        When the frames were taken [s]; with loads by time.
 
     Returns
     -------
@@ -127,8 +138,9 @@ def update(
     """
     report = progress or (lambda title, done, expected: None)
     model = _begun(model)
-    levels = _checked(model, frames, loads, unloaded)
-    known = _known(model, len(levels), loads, unloaded)
+    given = _of_tactels(model, loads)
+    levels = _checked(model, frames, given, unloaded)
+    known = _known(model, frames, levels, given, unloaded, times)
     return UPDATED[model.sensor.kind](model, levels, known, drift or Drift(), unloaded, report)
 
 
@@ -211,28 +223,59 @@ def _begun(model: Any) -> Any:
     )
 
 
+def _of_tactels(
+    model: SensorModel | PadModel, loads: ArrayLike | BenchLoads | LoadLog | Presses | None
+) -> ArrayLike | BenchLoads | LoadLog | None:
+    """Forces of tactels where presses are no more than that, (F, n, components) [N]; else as given.
+
+    Raises
+    ------
+    InputError
+        If presses are anywhere on a strip.
+    """
+    found: Any = presses_as_loads(loads) if are_presses(loads) else loads
+    if isinstance(found, BenchLoads) and found.named and not found.stated:
+        return found.on_tactels(model.sensor.tactels.total)
+    if isinstance(found, BenchLoads | LoadLog) and model.sensor.kind == "strip":
+        raise InputError(
+            "A strip is brought up to date with loads of tactels, frame by frame, without "
+            "deviations or widths of their own; give those, or leave the loads out."
+        )
+    return found
+
+
 def _known(
-    model: SensorModel | PadModel, frames: int, loads: ArrayLike | None, unloaded: bool
-) -> Array | None:
-    """Known loads of all frames, shape (F, components n) [N], or None."""
+    model: SensorModel | PadModel,
+    frames: ArrayLike,
+    levels: Array,
+    loads: ArrayLike | BenchLoads | LoadLog | None,
+    unloaded: bool,
+    times: ArrayLike | None,
+) -> Array | BenchLoads | TimedLoads | None:
+    """Known loads of all frames, of tactels in the shape (F, components n) [N], or None."""
     count, components = model.sensor.tactels.total, len(model.sensor.components)
     if unloaded and loads is not None:
         raise InputError("loads= and unloaded=True contradict each other; give one of them.")
     if unloaded:
-        return np.zeros((frames, components * count))
+        return np.zeros((len(levels), components * count))
     if loads is None:
         return None
+    if isinstance(loads, BenchLoads | LoadLog):
+        return checked_bench(model.sensor, frames, loads, times)[1]
     forces = checked_loads(loads, count, components)
-    if forces.shape != (frames, count, components):
+    if forces.shape != (len(levels), count, components):
         raise InputError(
-            f"loads of shape {forces.shape} do not fit {frames} frames of {count} tactels; give "
-            f"({frames}, {count}, {components})."
+            f"loads of shape {forces.shape} do not fit {len(levels)} frames of {count} tactels; "
+            f"give ({len(levels)}, {count}, {components})."
         )
-    return forces.reshape(frames, -1)
+    return forces.reshape(len(levels), -1)
 
 
 def _checked(
-    model: SensorModel | PadModel, frames: ArrayLike, loads: ArrayLike | None, unloaded: bool
+    model: SensorModel | PadModel,
+    frames: ArrayLike,
+    loads: ArrayLike | BenchLoads | LoadLog | None,
+    unloaded: bool,
 ) -> Array:
     if model.calibration is None:
         raise InputError(
@@ -243,8 +286,12 @@ def _checked(
             "A strip's skin is brought up to date with frames without load; take such frames and "
             "say so, unloaded=True."
         )
-    if model.sensor.skin is not None and loads is not None:
-        raise InputError("A skin has no tactels whose loads are known; leave loads= out.")
+    known = loads is not None and not isinstance(loads, BenchLoads | LoadLog)
+    if model.sensor.skin is not None and known:
+        raise InputError(
+            "A skin has no tactels whose loads are known; leave loads= out, or on a pad say where "
+            "each contact is: a list of presses for every frame, or a table with x_mm and y_mm."
+        )
     levels, shape = numbers(frames, "Grey levels"), model.frame_shape
     levels = levels[None] if levels.shape == shape else levels
     if levels.shape[1:] != shape or not len(levels):

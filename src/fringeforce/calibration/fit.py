@@ -200,7 +200,7 @@ def _result(search: BenchSearch) -> BenchFit:
     _, squares, counts = posterior.loss(search.state, models)
     covariance = inverse(information)
     scatter = search.scatter(told, covariance) | search.smooth(covariance)
-    free = float((1 - posterior.expected.precision * np.diag(covariance)).sum())
+    free = posterior.expected.freedom(covariance)
     if search.pattern is not None:
         free += search.pattern.freedom(search.sound & search.seen)
     chi2 = float(squares[search.kept].sum() / (counts[search.kept].sum() - free))

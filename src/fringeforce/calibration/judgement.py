@@ -71,7 +71,7 @@ def judgement(fit: BenchFit, levels: Array, loads: BenchLoads, values: Values) -
         )
     if wrong:
         cause = _cause(fit, levels, loads)
-    elif wrong := _wrong_forces(fit):
+    elif wrong := wrong_forces(fit):
         cause = OTHER
     elif wrong := " ".join(_far_off(fit.sensor, values, stated=True)):
         cause = WRONG_DRAWING
@@ -99,7 +99,7 @@ def _wrong(fit: BenchFit, frames: int) -> str:
     return ""
 
 
-def _wrong_forces(fit: BenchFit) -> str:
+def wrong_forces(fit: BenchFit) -> str:
     """What is wrong with the forces of a fit that explains its frames, if anything."""
     checked = fit.checked
     if checked.forces and bdtr(checked.inside, checked.forces, 0.95) < CONTRADICTED:

@@ -249,7 +249,14 @@ def update(
     output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
     loads: Annotated[
         Path | None,
-        typer.Option(help="CSV of the loads of tactels, if they are known: frame, tactel, ..."),
+        typer.Option(
+            help="CSV of the loads, if they are known: of tactels, of a pad also by position or "
+            "time."
+        ),
+    ] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(help="Frames per second, for loads by time, if the frames have no times."),
     ] = None,
     unloaded: Annotated[
         bool, typer.Option("--unloaded", help="Nothing touches the sensor in any of the frames.")
@@ -269,18 +276,20 @@ def update(
         typer.Option(help="How far each share of cross-talk may have changed, of the whole light."),
     ] = 0.01,
 ) -> None:
-    """Find drift since the calibration, without known loads.
+    """Find drift since the calibration, without known loads or with them.
 
     Light, residual retardance and the place of the camera; of several channels the light of each
     and cross-talk.
 
-    Frames need no known loads; these tell the scale of a given influence matrix besides. What may
-    have changed is one standard deviation each. Ends with status 1 if no drift explains the frames.
+    Frames need no known loads; these tell the scale of a given influence matrix besides. Of a pad
+    loads are a table of tactels, of presses by position (x_mm, y_mm), or a log by time (time_s), as
+    `calibrate` takes them. What may have changed is one standard deviation each. Ends with status 1
+    if no drift explains the frames.
     """
     from fringeforce.calibration.drift import update as updated
     from fringeforce.calibration.drift_report import Drift
     from fringeforce.calibration.load_log import LoadLog
-    from fringeforce.io.bench_loads import load_bench_loads
+    from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import load_frames
     from fringeforce.models.files import load_model
 
@@ -293,15 +302,20 @@ def update(
     )
     calibrated = load_model(model)
     images = load_frames(frames, calibrated.sensor.dimensions)
-    forces = None
+    known = times = None
     if loads is not None:
         known = load_bench_loads(loads, calibrated.sensor, len(images))
-        if isinstance(known, LoadLog) or known.tactels is None:
-            raise InputError(f"{loads}: update takes loads of tactels, frame by frame.")
-        forces = known.on_tactels(calibrated.sensor.tactels.total)
+        if isinstance(known, LoadLog):
+            times = load_frame_times(frames, len(images), fps)
     with progress_bar("Updating") as advance:
         found = updated(
-            calibrated, images, loads=forces, unloaded=unloaded, drift=drift, progress=advance
+            calibrated,
+            images,
+            loads=known,
+            unloaded=unloaded,
+            drift=drift,
+            progress=advance,
+            times=times,
         )
     found.save(output)
     print(f"{output}: {model} brought up to date with {len(images)} frames")

@@ -54,7 +54,7 @@ def calibrated_pad(
     # small errors of contacts' tractions are another in every frame
     more = np.sqrt(np.maximum(excess, max(fit.chi2, 1.0)))
     spread = told * np.outer(more, more)
-    values, units = _values(unsure, search.layers(shared), shared, np.sqrt(np.diag(spread)))
+    values, units = found_values(unsure, search.layers(shared), shared, np.sqrt(np.diag(spread)))
     unit = np.ones(len(shared))
     for group in lasting:
         if group.path != RESIDUAL:
@@ -89,7 +89,7 @@ def calibrated_pad(
         outliers=outliers,
         dead=tuple(np.flatnonzero(~fit.sound).tolist()),
         chi2=fit.chi2,
-        findings=(*judged.words, *_findings(outliers, loads)),
+        findings=(*judged.words, *wrong_presses(outliers, loads)),
         checked=tuple(fit.checked),
         usable=judged.usable,
         delay=fit.delay,
@@ -172,10 +172,22 @@ def stated_value(pad: Pad, path: str) -> float:
     return 0.0 if found is None else found[0]
 
 
-def _values(
+def found_values(
     known: BenchUncertainty, layers: dict[str, float], shared: Array, stds: Array
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Values that were found, and their derivatives by their unknowns."""
+    """Values that were found, and their derivatives by their unknowns.
+
+    Parameters
+    ----------
+    known : BenchUncertainty
+        What was uncertain.
+    layers : dict
+        Values that enter by their logarithms.
+    shared : ndarray, shape (S,)
+        Unknowns of the pad, as found.
+    stds : ndarray, shape (S,)
+        Their deviations.
+    """
     values, units = {}, {}
     for group in known.groups:
         path = group.path
@@ -208,7 +220,7 @@ def _within(
     return values, stds
 
 
-def _findings(outliers: tuple[int, ...], loads: BenchLoads) -> list[str]:
+def wrong_presses(outliers: tuple[int, ...], loads: BenchLoads) -> list[str]:
     """What was recorded of frames that were left out."""
     if not outliers:
         return []

@@ -1,33 +1,93 @@
 """What drifted on the bench of a pad since its calibration.
 
-All frames share what lasts of a pad, with the calibration widened by the drift as prior.
+All frames share what lasts of a pad, with the calibration widened by the drift as prior.  Frames of
+known presses are searched as those of a calibration are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_search import inverse
 from fringeforce.calibration.drift_report import EXPLAINED, FORCES, ROUNDS, Drift, Told, missed
-from fringeforce.calibration.pads.calibrated import known_pad, stated_value
-from fringeforce.calibration.pads.drift_bench import DriftBench, SkinBench, TactelBench
+from fringeforce.calibration.fit import fitted
+from fringeforce.calibration.judgement import wrong_forces
+from fringeforce.calibration.pads.calibrated import (
+    found_values,
+    known_pad,
+    stated_value,
+    wrong_presses,
+)
+from fringeforce.calibration.pads.drift_bench import SkinBench, TactelBench
+from fringeforce.calibration.pads.drift_search import DriftSearch
+from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_knowledge import PadKnowledge
-from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_uncertainty import EFFECTS, PadUncertainty
+
+
+class Drifted(NamedTuple):
+    """What frames say of a pad that may have drifted.
+
+    Attributes
+    ----------
+    unsure : PadUncertainty
+        What is uncertain about it.
+    before : (ndarray, ndarray)
+        Mean, shape (S,), and precision, (S, S), of what lasts before the frames.
+    shared, covariance : ndarray, shapes (S,) and (S, S)
+        What lasts, after them.
+    explained : ndarray of bool, shape (F,)
+        Frames that are explained.
+    wrong : str
+        What is against the model besides frames that are not explained, if anything.
+    words : tuple of str
+        What is said of presses that were left out.
+    delay : float
+        By which a log of the loads is behind the frames [s].
+    search : DriftSearch, optional
+        Where layers enter by their logarithms.
+    """
+
+    unsure: PadUncertainty
+    before: tuple[Array, Array]
+    shared: Array
+    covariance: Array
+    explained: Mask
+    wrong: str = ""
+    words: tuple[str, ...] = ()
+    delay: float = 0.0
+    search: DriftSearch | None = None
+
+    def values(self, pad: Pad, shared: Array) -> tuple[Mapping[str, float], Mapping[str, float]]:
+        """Values of a pad under unknowns that last, shape (S,), and derivatives by these."""
+        if self.search is not None:
+            stds = np.sqrt(np.diag(self.covariance))
+            layers = self.search.layers(shared)
+            return found_values(self.search.known, layers, shared, stds)
+        unsure = self.unsure
+        own = [g for g in unsure.groups if unsure.lasting[g.begin] and g.path != RESIDUAL]
+        return (
+            {g.path: stated_value(pad, g.path) + g.std * float(shared[g.begin]) for g in own},
+            {g.path: g.std for g in own},
+        )
 
 
 def updated_pad(
     model: PadModel,
     levels: Array,
-    known: Array | None,
+    known: Array | BenchLoads | TimedLoads | None,
     drift: Drift,
     unloaded: bool,
     report: Progress,
@@ -40,8 +100,9 @@ def updated_pad(
         Calibrated.
     levels : ndarray, shape (F, P)
         Grey levels.
-    known : ndarray, shape (F, 3n), optional
-        Forces that acted [N]; they are found with the rest if not given, or contacts of a skin.
+    known : ndarray, shape (F, 3n), BenchLoads or TimedLoads, optional
+        Forces of tactels that acted [N], or presses as they are written down; they are found with
+        the rest if not given, or contacts of a skin.
     drift : Drift
         What may have changed.
     unloaded : bool
@@ -52,6 +113,8 @@ def updated_pad(
     if model.known is None or model.calibration is None:
         raise InputError("This pad was never calibrated; calibrate it first.")
     loosened = _loosened(model, drift)
+    if isinstance(known, BenchLoads | TimedLoads):
+        return _updated(model, _under_presses(loosened, levels, known, report))
     anywhere = model.sensor.skin is not None and known is None
     kind = SkinBench if anywhere else TactelBench
     bench = kind(loosened, levels, known)
@@ -68,7 +131,30 @@ def updated_pad(
             frames[number] = nearer.begun(number)
         state, information, explained = bench.together(frames, report, total, state.shared)
     report("Done", total, total)
-    return _updated(model, bench, state.shared, information, explained)
+    covariance = inverse(information)
+    return _updated(model, Drifted(bench.unsure, bench.prior, state.shared, covariance, explained))
+
+
+def _under_presses(
+    loosened: PadModel, levels: Array, known: BenchLoads | TimedLoads, report: Progress
+) -> Drifted:
+    """What frames of presses say that are written down, and perhaps wrongly."""
+    search = DriftSearch(loosened, levels, known)
+    fit = fitted(search, report)
+    loads = known if isinstance(known, BenchLoads) else known.at(fit.delay)
+    wrong = wrong_forces(fit)
+    outliers = tuple(np.flatnonzero(~fit.explained).tolist())
+    return Drifted(
+        search.known,
+        search.prior,
+        fit.state.shared[fit.posterior.bench.at.own("pad")],
+        search.uncertain(fit),
+        fit.explained,
+        f"Do not use this model: {wrong} Compare the loads with the frames." if wrong else "",
+        tuple(wrong_presses(outliers, loads)),
+        fit.delay,
+        search,
+    )
 
 
 def _loosened(model: PadModel, drift: Drift) -> PadModel:
@@ -111,31 +197,28 @@ def _told_by(
     return replace(model, known=PadKnowledge(stds, counts, shared, inverse(information)))
 
 
-def _updated(
-    model: PadModel, bench: DriftBench, shared: Array, information: Array, explained: Mask
-) -> PadModel:
+def _updated(model: PadModel, drifted: Drifted) -> PadModel:
     """The pad as found, with what is left uncertain and words on what changed."""
-    unsure, found, pad = bench.unsure, model.calibration, model.sensor
+    unsure, found, pad = drifted.unsure, model.calibration, model.sensor
     assert found is not None
-    covariance = inverse(information)
-    told = list(_told(bench, shared, covariance))
+    shared, covariance, explained = drifted.shared, drifted.covariance, drifted.explained
+    told = list(_told(drifted))
     # what frames do not tell of stays; the rest is as it is then
     groups = (unsure.group(path) for one in told if not one.known for path in one.paths)
     left = [np.arange(group.begin, group.end) for group in groups if group is not None]
     if left:
         kept = np.concatenate(left)
-        off = (shared - bench.prior[0])[kept]
+        off = (shared - drifted.before[0])[kept]
         moved = covariance[:, kept] @ np.linalg.solve(covariance[np.ix_(kept, kept)], off)
         shared = shared - moved
-    unit, values, mean = np.ones(len(shared)), {}, np.zeros(len(shared))
+    unit, mean = np.ones(len(shared)), np.zeros(len(shared))
+    values, units = drifted.values(pad, shared)
     rough = unsure.group(RESIDUAL)
     assert rough is not None
     mean[rough.place] = shared[rough.place]
     for group in unsure.groups:
-        if unsure.lasting[group.begin] and group.path != RESIDUAL:
-            unit[group.begin] = group.std
-            moved = group.std * float(shared[group.begin])
-            values[group.path] = stated_value(pad, group.path) + moved
+        if group.path in units:
+            unit[group.begin] = units[group.path]
     whole = covariance * np.outer(unit, unit)
     squares = np.asarray(np.square(mean) + np.diag(covariance), dtype=float)[rough.place]
     made, known, _ = known_pad(unsure, with_values(pad, values), whole, mean, squares)
@@ -151,17 +234,24 @@ def _updated(
         values=reached,
         covariance=whole[np.ix_(own, own)] / np.outer(relative, relative),
         outliers=tuple(np.flatnonzero(~explained).tolist()),
-        usable=bool(explained.mean() >= EXPLAINED),
+        usable=bool(explained.mean() >= EXPLAINED) and not drifted.wrong,
+        delay=drifted.delay,
         record=None,
-        findings=(*missed(explained), *map(str, told), FORCES),
+        findings=(
+            *[drifted.wrong] * bool(drifted.wrong),
+            *missed(explained),
+            *drifted.words,
+            *map(str, told),
+            *[FORCES] * (drifted.search is None),
+        ),
     )
     return replace(later, provenance=model.provenance, calibration=calibration, known=known)
 
 
-def _told(bench: DriftBench, shared: Array, covariance: Array) -> Iterator[Told]:
+def _told(drifted: Drifted) -> Iterator[Told]:
     """What the frames tell of each thing that may drift."""
-    unsure, pad = bench.unsure, bench.unsure.model.sensor
-    mean, precision = bench.prior
+    unsure, shared, covariance = drifted.unsure, drifted.shared, drifted.covariance
+    pad, (mean, precision) = unsure.model.sensor, drifted.before
     before = inverse(precision)
 
     def told(name: str, unit: str, path: str, change: Array) -> Told:
@@ -184,6 +274,12 @@ def _told(bench: DriftBench, shared: Array, covariance: Array) -> Iterator[Told]
         if path == RESIDUAL:
             change[group.place] = _most(unsure, (shared - mean)[group.place])
         yield told(name, unit, path, change)
+    if drifted.search is not None:
+        for path in EFFECTS:
+            if (group := unsure.group(path)) is not None:
+                change = np.zeros(len(shared))
+                change[group.place] = 100 * drifted.search.known.logarithmic(group)
+                yield told("The strength of the effect", "%", path, change)
 
 
 def _most(unsure: PadUncertainty, change: Array) -> Array:

@@ -270,7 +270,7 @@ class PadPosterior(BenchPosterior):
 
     def loss(self, state: State, models: object) -> tuple[float, Array, Array]:
         """Twice the negative logarithm of the posterior, and what each frame and its pixels add."""
-        total, squares = self._shared_loss(state.shared), np.zeros(len(state.own))
+        total, squares = self.expected.loss(state.shared), np.zeros(len(state.own))
         for f, own in enumerate(state.own):
             _, found = self._evaluated(f, own, state.shared)
             total += self.shares[f] * found.loss
