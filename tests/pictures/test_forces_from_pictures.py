@@ -161,6 +161,58 @@ def test_two_commands_lead_from_pictures_of_unequal_lights_to_forces(
     assert inside.sum() >= binom.ppf(0.001, loads.size, 0.95)
 
 
+NOISES = np.array([0.004, 0.01, 0.02])
+"""Of the three colours of a camera whose white balance amplifies blue, as shares."""
+
+
+def coloured(planes: Levels, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """A picture of three colours, shape (rows, columns, 3), each with its own noise."""
+    noisy = 255 * (planes + NOISES * rng.standard_normal(planes.shape))
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.slow
+def test_each_colour_gets_the_noise_of_its_pictures(
+    tilted: Scene, loads: Levels, sensor: ff.Sensor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    rng, camera = np.random.default_rng(5), {"pixels": 4000, "bits": 16, "noise": 0}
+    camera |= {"amplitude": 52000, "offset": 3000}
+    fine = sensor.replace(**{f"camera.{key}": value for key, value in camera.items()})
+    fine = fine.replace(**{"polariscope.channels": LIT})
+    Path("shots").mkdir()
+    for number, lines in enumerate(ff.characterize(fine).expose(loads, rng=0) / (2**16 - 1)):
+        planes = np.stack([tilted.picture(line) for line in lines], axis=-1)
+        Image.fromarray(coloured(planes, rng)).save(f"shots/{number}.png")
+    np.save("even.npy", quantised(tilted.picture(np.full(1000, 0.7)), 0.01)[None])
+    Path("drawn.toml").write_text(sensor.replace(**{"polariscope.channels": LIT}).to_toml())
+    for words in (
+        "extract drawn.toml shots --outline even.npy --region r.toml --design own.toml -o f.h5",
+        "read own.toml f.h5 -o forces.csv",
+    ):
+        ended = CliRunner().invoke(app, words.split(), catch_exceptions=False)
+        assert ended.exit_code == 0, ended.output
+    own, region = ff.load_sensor("own.toml"), ff.Region.load("r.toml")
+    # of pictures of noise alone, the mean of sixteen neighbours, which are correlated
+    plain = np.full((*tilted.picture(np.ones(2)).shape, 3), 0.5)
+    channels = channels_of(own.polariscope, region, colour=True)
+    sampler = ff.Sampler(region, own.camera.pixels, channels)
+    lines = np.array([sampler.line(coloured(plain, rng)) for _ in range(40)])
+    lines = lines - lines.mean(axis=0)
+    whole = lines[..., : lines.shape[-1] // 16 * 16].reshape(*lines.shape[:2], -1, 16)
+    true = np.sqrt(16 * whole.mean(axis=-1).var(axis=(0, 2))) * own.camera.full_scale / 255
+    # some 360 numbers tell of each, so that it is sure to 4 %
+    np.testing.assert_allclose(own.noise, true, rtol=0.16)
+    assert f"{len(loads)} OK" in ended.output
+    rows = np.genfromtxt("forces.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    off, std = (
+        np.stack([rows[f"{name}_{kind}"] for name in ("normal", "tangential")], axis=-1)
+        for kind in ("N", "std_N")
+    )
+    inside = np.abs(off.reshape(loads.shape) - loads) < 1.96 * std.reshape(loads.shape)
+    assert inside.sum() >= binom.ppf(0.001, loads.size, 0.95)
+
+
 def _distances(reader: ff.Reader, frames: NDArray[Any], loads: Levels) -> list[float]:
     """Squared errors of the forces in units of their covariance, of frames that are OK."""
     distances = []

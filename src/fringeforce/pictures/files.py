@@ -91,9 +91,9 @@ def _still(path: Path) -> Iterable[Picture]:
             from PIL import Image, ImageOps
 
             with Image.open(path) as stored:
-                image = ImageOps.exif_transpose(stored)  # as viewers show it
-                plain = image if image.mode in ("L", "RGB", "I;16", "I") else image.convert("RGB")
-                stack = np.asarray(plain)
+                ImageOps.exif_transpose(stored, in_place=True)  # as viewers show it
+                exact = stored.mode in ("L", "RGB", "I;16", "I")
+                stack = np.asarray(stored if exact else stored.convert("RGB"))
                 # Pillow opens PNG of 16 bits with 32
                 stack = stack.astype(np.uint16) if stack.dtype == np.int32 else stack
     except FileFormatError:
