@@ -153,6 +153,56 @@ def test_new_frames_are_read_within_their_deviations(
     assert_allclose(alone.std, single.std, rtol=0.05)
 
 
+NOISY = 3.0, 6.0, 12.0
+"""Noise of the channels of a camera whose white balance amplifies two colours, grey levels."""
+
+
+@pytest.fixture(scope="module")
+def unequal(bench: Bench) -> Bench:
+    """The same sensor before such a camera."""
+    lights = [
+        {**channel.model_dump(include={"wavelength", "amplitude"}), "noise": noise}
+        for channel, noise in zip(bench.sensor.polariscope.channels, NOISY, strict=True)
+    ]
+    assert bench.light is not None
+    light = bench.light[0], np.array([15.0, 13.0, 14.0])
+    made = bench.sensor.replace(**{"polariscope.channels": lights, "camera.offset": 14.0})
+    own = replace(bench, sensor=made, light=light)
+    own.influence = bench.influence  # type: ignore[method-assign]
+    return own
+
+
+def test_channels_of_unequal_noise_count_by_it(bench: Bench, unequal: Bench) -> None:
+    lights = [
+        {"wavelength": wave, "amplitude": amplitude, "noise": noise}
+        for wave, amplitude, noise in zip(WAVES, (200, 160, 220), NOISY, strict=True)
+    ]
+    forces, frames = pressed(unequal, 3)
+    drawing_ = drawn(**{"polariscope.channels": lights, "camera.offset": 14.0})
+    found = ff.calibrate(drawing_, frames, forces)
+    told = found.calibration
+    assert told is not None
+    assert told.usable
+    assert not told.dead
+    assert not told.outliers
+    # 32 frames of 1536 pixels; uniform noise scatters less than normal noise
+    assert abs(told.chi2 - 1) < 4 * np.sqrt(2 / frames.size)
+    layers = bench.sensor.transducer
+    true = {
+        EFFECT: layers.photoelastic.strain_optic_coefficient,
+        MODULUS: layers.compliant.youngs_modulus,
+        THICKNESS: layers.compliant.thickness,
+        "camera shift": SHIFT,
+    }
+    for name, value in true.items():
+        place = told.names.index(name)
+        assert abs(told.values[place] - value) < FAR * told.std[place], name
+    assert_light_found(found.imaging, unequal)
+    rng = np.random.default_rng(73)
+    more = loads(rng, NEW)
+    read_well(ff.Reader(found), unequal.frames(more, rng), more)
+
+
 def test_summary_and_report_have_the_shares(model: ff.SensorModel, tmp_path) -> None:
     said = "\n".join(calibration_summary(model))
     assert f"{CROSSTALK}.0.1" in said

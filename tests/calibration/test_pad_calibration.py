@@ -203,7 +203,7 @@ class Fitted:
     chi2: float = 50.0
     beyond: tuple[str, ...] = ()
 
-    def rough(self, levels: np.ndarray, loads: BenchLoads) -> float:
+    def rough(self, levels: np.ndarray, loads: BenchLoads, limit: float) -> float:
         right = self.right.rows(np.flatnonzero(np.isin(TAGS, levels[:, 0])))
         same = np.allclose(loads.places, right.places, equal_nan=True)
         free = np.isfinite(loads.force_std).all()

@@ -23,7 +23,6 @@ from fringeforce.calibration.bench_search import (
     REFITS,
     ROUNDS,
     STAGES,
-    STEPS,
     BenchSearch,
     Check,
     inverse,
@@ -40,7 +39,7 @@ of n values is sure to sqrt(2 / n), and the share s / (1 - s) of it is not noise
 ROUGH_STEPS = 6
 """Most steps of a descent where nothing is explained yet, as in rough fits, whose frames are
 weighed once for each heat: right loads lead down in three or four, and others wander for long and
-explain no more."""
+explain no more.  What explains its frames does so from the first heat on."""
 HOPELESS = 1.5
 """Median misfit of frames beyond which more rounds do not make a bench explained."""
 
@@ -88,7 +87,8 @@ class BenchFit:
     beyond : tuple of str
         Of GROUPS, what scatters more than any bench that can be explained.
     rough : callable
-        Usual misfit of some frames with other loads, after the first stages of a new search.
+        Usual misfit of some frames with other loads, after the first stages of a new search, which
+        ends early if that of the calm ones is beyond a limit.
     """
 
     sensor: Any
@@ -108,7 +108,9 @@ class BenchFit:
     pattern: Pattern | None = None
     aside: tuple[tuple[float, ...], ...] = ()
     beyond: tuple[str, ...] = ()
-    rough: Callable[[Array, BenchLoads], float] = field(default=lambda levels, loads: np.nan)
+    rough: Callable[[Array, BenchLoads, float], float] = field(
+        default=lambda levels, loads, limit: np.nan
+    )
 
     def shown(self, name: str) -> bool:
         """Whether frames show that something scatters or varies, or it is lost in their noise."""
@@ -151,7 +153,9 @@ def fitted(
         plain = not columns and search.pattern is None
         return plain and search.misfit(few) > HOPELESS
 
-    before = np.zeros(len(search.kept), dtype=bool)
+    before, lost = np.zeros(len(search.kept), dtype=bool), False
+    usual = search.steps, search.weighings
+    rough = min(ROUGH_STEPS, search.steps), 1
     for number, limit in enumerate(STAGES):
         few = search.calm(limit)
         if np.array_equal(few, before):
@@ -160,14 +164,16 @@ def fitted(
         report(f"Fitting {few.sum()} frames", 1 + number, total)
         for heat in HEATS if number == 0 else HEATS[-1:]:
             search.descend(few, heat)
-        if hopeless(few):  # more frames explain no more
+            lost = hopeless(few)
+            search.steps, search.weighings = rough if lost else usual
+        if lost:  # more frames explain no more
             break
     for number in range(ROUNDS):
         report(f"Fitting {search.kept.sum()} frames", 1 + len(STAGES) + number, total)
         if columns and number == FREED:
             search.free_columns()
         lost = hopeless()
-        search.steps = ROUGH_STEPS if lost else STEPS
+        search.steps, search.weighings = rough if lost else usual
         if (search.improve() and (number > FREED or not columns)) or (number and lost):
             break
     if not search.wanted.all():
@@ -180,12 +186,23 @@ def fitted(
     return _result(search)
 
 
-def roughly_fitted(search: BenchSearch) -> float:
-    """Usual misfit per pixel of a few frames after the first stages of a new search."""
-    search.steps, search.weighings = ROUGH_STEPS, 1
+def roughly_fitted(search: BenchSearch, limit: float = np.inf) -> float:
+    """Usual misfit per pixel of a few frames after the first stages of a new search.
+
+    Parameters
+    ----------
+    search : BenchSearch
+        Before its first step.
+    limit : float
+        Misfit of the calm frames beyond which the others need not be looked at.
+    """
+    search.steps, search.weighings = min(ROUGH_STEPS, search.steps), 1
     search.begin()
     for heat in HEATS[:-1]:
-        search.descend(search.calm(STAGES[0]), heat)
+        calm = search.calm(STAGES[0])
+        search.descend(calm, heat)
+    if (misfit := search.misfit(calm)) > limit:
+        return misfit
     for heat in HEATS[-2:]:
         search.descend(search.kept, heat)
     return search.misfit()
@@ -223,5 +240,5 @@ def _result(search: BenchSearch) -> BenchFit:
         search.pattern,
         tuple(search.aside),
         tuple(name for name in GROUPS if search.sizes[name] >= LARGEST and not search.lost[name]),
-        lambda levels, loads: roughly_fitted(search.again(levels, loads)),
+        lambda levels, loads, limit: roughly_fitted(search.again(levels, loads), limit),
     )

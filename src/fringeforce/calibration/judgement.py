@@ -153,8 +153,9 @@ def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
     few = FEW[on_pad]
     some = loaded[:: max(len(loaded) // few, 1)][:few]
     chosen, own = levels[some], loads.rows(some)
-    usual = fit.rough(chosen, own)
+    usual = fit.rough(chosen, own, np.inf)
     limit = 1 + EXPLAINS * (usual - 1)
+    most = max(limit, HOPELESS)
     tried = {
         "The frames seem to belong to the loads of the next row: rows are off by one.": (
             loads.rows((some + 1) % len(loads))
@@ -167,14 +168,14 @@ def _cause(fit: BenchFit, levels: Array, loads: BenchLoads) -> str:
     misfits = dict[str, float]()
     for words, other in tried.items():
         if other.present.any():
-            misfits[words] = fit.rough(chosen, other)
+            misfits[words] = fit.rough(chosen, other, most)
             if misfits[words] < min(limit, HOPELESS):
                 break
     words = min(misfits, key=lambda each: misfits[each])
     if misfits[words] < limit:
         return words
     free = replace(own, force_std=np.full(own.forces.shape, np.nanmax(loads.magnitude)))
-    if fit.rough(chosen, free) < limit:
+    if fit.rough(chosen, free, most) < limit:
         return OTHER
     return (
         "No forces at these places explain the frames: the sensor is not the one of the design, or "
