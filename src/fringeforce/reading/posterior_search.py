@@ -50,8 +50,8 @@ GROWTH = 600.0
 they are, one in three below 40 is an explanation of weight, one in twenty from 100 to 400, and some
 are beyond 10,000: the quadratic loss is too high for small bends beside a multiple of pi."""
 IMAGES_FITTED, IMAGE_STEPS = 64, 8
-"""Images that are fitted, and steps of each fit: 30 tactels have so many within `GROWTH`, and contacts
-three deviations beside their tactels are hardly approached in four."""
+"""Images that are fitted, and steps of each fit: 30 tactels have so many within `GROWTH`, and
+contacts three deviations beside their tactels are hardly approached in four."""
 CANDIDATES = 24
 """Starts of one attempt that are climbed."""
 FIRST_EFFORTS = 2
