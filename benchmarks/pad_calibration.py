@@ -32,12 +32,13 @@ from fringeforce.contacts.press import Press, Profile
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.mechanics.solid.block import Patches
+from fringeforce.models.as_built import LIGHT_LENGTH, RESIDUAL
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_as_built import smooth_image
 from fringeforce.models.pad_knowledge import PadKnowledge
 from fringeforce.models.pad_presses import pad_tractions
 from fringeforce.models.pad_slices import slice_retardance
-from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_uncertainty import UNEVEN, PadUncertainty
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.area_camera import Lens, mosaic, pictures
 from fringeforce.optics.integrated import double_pass
@@ -70,6 +71,7 @@ class Bench:
 
     design: dict[str, Any] = field(default_factory=dict)
     residual: float = 0.0
+    uneven: float = 0.0
     lamp: float = 0.0
     beside: float = 0.0
     forces: float = 0.0
@@ -86,8 +88,16 @@ LAYERS = {
 CAMERA = {"camera.shift_x": 0.3e-3, "camera.shift_y": -0.2e-3, "camera.scale": 1.01}
 LIGHT = {"camera.amplitude": 232.8, "camera.offset": 7.0}
 ALL = Bench(
-    {**LAYERS, **CAMERA, **LIGHT, "polariscope.visibility": 0.95, "camera.blur": 0.06e-3},
-    residual=0.1,
+    {
+        **LAYERS,
+        **CAMERA,
+        **LIGHT,
+        "polariscope.visibility": 0.95,
+        "camera.blur": 0.06e-3,
+        "camera.gamma": 1.1,
+    },
+    residual=0.3,
+    uneven=0.05,
     lamp=0.01,
     beside=0.1e-3,
     forces=0.01,
@@ -101,6 +111,9 @@ BENCHES = {
     "light 3 % dim": Bench(LIGHT),
     "visibility 0.95": Bench({"polariscope.visibility": 0.95}),
     "residual 0.1 rad": Bench(residual=0.1),
+    "residual 0.3 rad": Bench(residual=0.3),
+    "uneven light": Bench(uneven=0.05),
+    "gamma 1.1": Bench({"camera.gamma": 1.1}),
     "blur 0.06 mm": Bench({"camera.blur": 0.06e-3}),
     "presses 0.1 mm beside": Bench(beside=0.1e-3),
     "forces 1 %": Bench(forces=0.01),
@@ -117,6 +130,8 @@ class Truth:
     pad: Pad
     residual: Array
     """Retardance over both passes without load, shape (2, rows, columns) of the fine grid."""
+    shade: Array
+    """Light of every pixel over the mean, shape (rows, columns)."""
 
     def places(self) -> tuple[Array, Array]:
         """Points of the fine grid [m]."""
@@ -150,19 +165,23 @@ class Truth:
         """A frame."""
         camera = self.pad.camera
         dim = camera.model_copy(update={"amplitude": camera.amplitude * lamp})
-        levels = camera_optics.expose(dim, self.light(presses), rng, frame_axes=2)
+        lit = self.light(presses) * self.shade
+        levels = camera_optics.expose(dim, lit, rng, frame_axes=2)
         return np.asarray(levels, dtype=float)
 
 
 def made(pad: Pad, bench: Bench, rng: np.random.Generator) -> Truth:
     """The pad of a bench."""
-    truth = Truth(pad.replace(**bench.design), np.zeros((2, 1, 1)))
-    if not bench.residual:
-        return truth
-    x, y = truth.places()
-    length = pad.polariscope.residual_length
-    fields = bench.residual * np.stack([smooth_image(x, y, length, rng) for _ in range(2)])
-    return replace(truth, residual=fields)
+    truth = Truth(pad.replace(**bench.design), np.zeros((2, 1, 1)), np.ones((1, 1)))
+    if bench.residual:
+        (x, y), length = truth.places(), pad.polariscope.residual_length
+        fields = bench.residual * np.stack([smooth_image(x, y, length, rng) for _ in range(2)])
+        truth = replace(truth, residual=fields)
+    if bench.uneven:
+        (x, y), length = pad.pixel_positions, LIGHT_LENGTH * pad.transducer.length
+        shade = 1 + bench.uneven * smooth_image(x, y, length, rng)
+        truth = replace(truth, shade=shade)
+    return truth
 
 
 def press(pad: Pad, rng: np.random.Generator) -> Press:
@@ -240,24 +259,37 @@ def held_out(truth: Truth, bench: Bench, rng: np.random.Generator, count: int) -
 
 def known_sensor(truth: Truth, pad: Pad) -> PadModel:
     """Model of the pad that was made, whose residual is known; contacts and drift are as drawn."""
-    path = "polariscope.residual"
     rough = float(np.sqrt(np.square(truth.residual).mean()))
+    uneven = float(np.sqrt(np.square(truth.shade - 1).mean()))
     stated = {key: std for key, std in pad.tolerances.items() if key.startswith("tactels.")}
-    sensor = truth.pad.model_copy(
-        update={"tolerances": Tolerances({**stated, **({path: rough} if rough else {})})}
-    )
+    stated |= {RESIDUAL: rough} if rough else {}
+    camera = truth.pad.camera.model_copy(update={"unevenness": uneven})
+    sensor = truth.pad.model_copy(update={"tolerances": Tolerances(stated), "camera": camera})
     model = ff.characterize(sensor)
-    if not rough:
+    known, found = PadUncertainty.of(model), dict[str, tuple[float, Array]]()
+    if rough:
+        x, y = truth.places()
+        modes, _ = known.residual_at(x[::8], y[::8])
+        parts = truth.residual[:, ::8, ::8].reshape(2, -1)
+        found[RESIDUAL] = rough, np.concatenate([shares(modes, part) for part in parts])
+    if uneven:
+        rows, columns = (np.arange(0, n, 4) for n in truth.shade.shape)
+        part = (truth.shade - 1)[rows[:, None], columns].ravel()
+        found[UNEVEN] = uneven, shares(known.unevenness_at(rows, columns), part)
+    if not found:
         return model
-    known = PadUncertainty.of(model)
-    x, y = truth.places()
-    modes, _ = known.residual_at(x[::8], y[::8])
-    fields = truth.residual[:, ::8, ::8].reshape(2, -1)
+    mean = np.concatenate([own for _, own in found.values()])
+    counts = {path: len(own) for path, (_, own) in found.items()}
+    stds = {path: std for path, (std, _) in found.items()}
+    return replace(model, known=PadKnowledge(stds, counts, mean, 1e-6 * np.eye(len(mean))))
+
+
+def shares(modes: NDArray[np.floating], field: Array) -> Array:
+    """Of modes (k, m), those that come nearest to a field (m,)."""
+    square = modes @ modes.T
     size = len(modes)
-    matrix = modes @ modes.T + 1e-6 * np.trace(modes @ modes.T) / size * np.eye(size)
-    mean = np.concatenate([np.linalg.solve(matrix, modes @ field) for field in fields])
-    tiny = 1e-6 * np.eye(2 * size)
-    return replace(model, known=PadKnowledge({path: rough}, {path: 2 * size}, mean, tiny))
+    ridge = 1e-6 * np.trace(square) / size * np.eye(size)
+    return np.asarray(np.linalg.solve(square + ridge, modes @ field))
 
 
 def off(model: PadModel, truth: Truth) -> tuple[float, str]:

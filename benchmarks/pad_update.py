@@ -52,7 +52,7 @@ def drifted(truth: Truth, rng: np.random.Generator) -> Truth:
         "camera.shift_y": camera.shift_y + DRIFT["camera.shift_y"],
     }
     more = made(truth.pad, replace(ALL, design={}, residual=ROUGH), rng).residual
-    return Truth(truth.pad.replace(**values), truth.residual + more)
+    return Truth(truth.pad.replace(**values), truth.residual + more, truth.shade)
 
 
 def row(name: str, model: PadModel, frames: np.ndarray, forces: np.ndarray) -> str:

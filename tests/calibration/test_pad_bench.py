@@ -21,6 +21,8 @@ from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.optics.camera import noise_variance
 
 FEW = {"camera.pixels": [24, 24]}
+LINEAR = {"camera.gamma": "1 +/- 0.002"}
+"""What the drawing says of a camera whose dark level is to be told by itself."""
 DELAY, GAIN, ZERO, CELL = 0.235, 1.02, 0.03, (0.02, 0.03)
 STEP, LASTS = 0.25, 1.5
 """Time between frames and between presses [s]."""
@@ -57,7 +59,7 @@ def timed() -> Iterator[PadModel]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pad_search, "characterize_pad", lambda pad: characterize_pad(pad, None, 40))
         yield ff.calibrate(
-            drawing(**FEW),
+            drawing(**FEW, **LINEAR),
             frames,
             load_log(clock + DELAY, places, read),
             [COVER, EFFECT],

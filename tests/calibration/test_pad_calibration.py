@@ -10,8 +10,10 @@ from pad_benches import (
     COVER,
     DARK,
     DEAD,
+    EFFECT,
     PIXELS,
     PRESSES,
+    PROFILES,
     TRUE,
     WRONG,
     bench,
@@ -19,6 +21,7 @@ from pad_benches import (
     drawing,
     measured,
 )
+from scipy import stats
 
 import fringeforce as ff
 from fringeforce.base.errors import InputError
@@ -38,6 +41,8 @@ from fringeforce.models.pad_influence import Retardance
 from fringeforce.models.pad_knowledge import PadKnowledge
 from fringeforce.models.pad_presses import press_slices
 from fringeforce.models.pad_slices import block_of, slice_retardance
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.optics import camera as camera_optics
 from fringeforce.plotting.calibration_report import calibration_report
 
 
@@ -174,6 +179,76 @@ def test_a_calibrated_pad_is_saved_with_all_that_it_knows(calibrated, tmp_path):
     frame = built().expose(np.full((4, 3), [1.0, 0.1, 0.2]), 0)
     readings = [ff.Reader(model).search(frame) for model in (calibrated, again)]
     np.testing.assert_allclose(readings[0].std, readings[1].std, rtol=1e-6)
+
+
+def shaded() -> np.ndarray:
+    """Light of every pixel over the mean: dim towards a corner, and a wave."""
+    y, x = np.meshgrid(*[np.linspace(-1, 1, PIXELS)] * 2, indexing="ij")
+    return 1 + 0.06 * np.sin(1.5 * x + 0.7 * y) - 0.03 * y**2
+
+
+def light_found(model: PadModel, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Relative errors of the light of all pixels, and their deviations."""
+    unsure, known = PadUncertainty.of(model), model.known
+    light, amplitude = unsure.expected_light, model.sensor.camera.amplitude
+    assert light is not None
+    assert known is not None
+    begins = dict(zip(known.counts, np.cumsum([0, *known.counts.values()]).tolist(), strict=False))
+    change = np.zeros((len(known.mean), PIXELS**2))
+    change[begins["camera.amplitude"]] = known.stds["camera.amplitude"] / amplitude
+    begin = begins["camera.unevenness"]
+    every = np.arange(PIXELS)
+    modes = unsure.unevenness_at(every, every) / light.ravel()
+    change[begin : begin + len(modes)] = modes
+    std = np.sqrt(np.einsum("sp,st,tp->p", change, known.covariance, change, optimize=True))
+    return (amplitude * light / true - 1).ravel(), std
+
+
+@pytest.mark.slow
+def test_uneven_light_and_a_gamma_are_found_with_all_else():
+    """A bench whose grey level is a power of light that is dim towards one side."""
+    rng, model = np.random.default_rng(12), built(**{"camera.gamma": 1.1})
+    camera = model.sensor.camera
+
+    def exposed(loads: list[list[Press]] | np.ndarray) -> np.ndarray:
+        light = np.array([model.intensity(one) for one in loads]) * shaded()
+        return camera_optics.expose(camera, light, rng, frame_axes=2)
+
+    presses = [[] for _ in range(DARK)]
+    for number in range(PRESSES):
+        (x, y), normal = rng.uniform(-1.5e-3, 1.5e-3, 2), rng.uniform(0.8, 2.5)
+        shear, wide = (0.3 * normal * rng.uniform(-1, 1, 2)).tolist(), rng.uniform(1.4e-3, 2.2e-3)
+        profile = PROFILES[number % 3]
+        tangential = shear[0], shear[1]
+        presses.append(
+            [Press(x=x, y=y, normal=normal, tangential=tangential, width=wide, profile=profile)]
+        )
+    pressed = [one[0] for one in presses[DARK:]]
+    places = np.array([[one.x, one.y] for one in pressed])
+    places = places + 0.05e-3 * rng.standard_normal(places.shape)
+    forces = np.array([[one.normal, *one.shear] for one in pressed])
+    forces = forces * (1 + 0.01 * rng.standard_normal(forces.shape))
+    written = bench_loads(places, forces, np.arange(PRESSES) + DARK, DARK + PRESSES)
+    found = ff.calibrate(drawing(), exposed(presses), written, aside=0)
+    told = found.calibration
+    assert told is not None
+    assert told.usable, told.findings
+    for name, value in {COVER: TRUE[COVER], EFFECT: TRUE[EFFECT], "camera.gamma": 1.1}.items():
+        place = told.names.index(name)
+        assert abs(told.values[place] - value) < 4 * told.std[place], name
+    assert told.std[told.names.index("camera.gamma")] < 0.02
+    off, std = light_found(found, camera.amplitude * shaded())
+    assert np.abs(off).max() < 0.02
+    assert np.abs(off / std).max() < 5  # neighbours err together
+    loads = np.zeros((4, 4, 3))
+    loads[..., 0] = rng.uniform(0.5, 1.5, (4, 4))
+    loads[..., 1:] = rng.uniform(-0.3, 0.3, (4, 4, 2))
+    reader = ff.Reader(found)
+    readings = [reader.search(frame) for frame in exposed(loads)]
+    assert all(reading.status is ff.Status.OK for reading in readings)
+    off = np.array([(r.forces - f) / r.std for r, f in zip(readings, loads, strict=True)])
+    # 48 forces: one in a thousand has so few inside
+    assert (np.abs(off) < 1.96).sum() >= stats.binom.ppf(0.001, off.size, 0.95)
 
 
 def test_what_is_stated_anew_takes_the_place_of_what_is_known_together():

@@ -31,6 +31,8 @@ LIGHT = {
 EVERYTHING = {
     **LIGHT,
     "camera.blur": "0.12 +/- 0.03 mm",
+    "camera.gamma": "1.05 +/- 0.03",
+    "camera.unevenness": "3 %",
     "camera.shift_x": "0 +/- 0.05 mm",
     "polariscope.residual": "0 +/- 0.1 rad",
     "transducer.compliant.thickness": "0.5 mm +/- 3 %",

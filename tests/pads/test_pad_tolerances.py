@@ -36,6 +36,8 @@ EVERYTHING = {
     "camera.offset": "8 +/- 0.5",
     "camera.drift": "1 %",
     "camera.blur": "0.12 +/- 0.03 mm",
+    "camera.gamma": "1.08 +/- 0.05",
+    "camera.unevenness": "4 %",
     "camera.shift_x": "0 +/- 0.05 mm",
     "camera.shift_y": "0.02 +/- 0.05 mm",
     "camera.scale": "1 +/- 0.01",
@@ -108,11 +110,12 @@ def test_slopes_of_splines_are_those_of_a_sine() -> None:
     "stated",
     [
         {"camera.amplitude": "240 +/- 3 %", "polariscope.visibility": "0.95 +/- 0.02"},
+        {"camera.unevenness": "5 %", "camera.gamma": "1 +/- 0.08"},
         {"polariscope.residual": "0 +/- 0.1 rad"},
         {"camera.shift_x": "0 +/- 0.1 mm", "camera.shift_y": "0 +/- 0.1 mm"},
         {"tactels.placement": "0 +/- 0.1 mm", "tactels.size": "2 +/- 0.2 mm"},
     ],
-    ids=["light", "residual", "registration", "contacts"],
+    ids=["light", "uneven", "residual", "registration", "contacts"],
 )
 def test_built_pads_are_read_within_what_their_readings_state(roller: PadModel, stated) -> None:
     model = loosened(roller, **stated)
@@ -135,6 +138,30 @@ def test_built_pads_are_read_within_what_their_readings_state(roller: PadModel, 
     low, high = stats.chi2(4 * 60).ppf([RARE, 1 - RARE])
     assert low < np.sum(distances) < high
     assert refused >= 3
+
+
+def test_a_camera_that_is_not_linear_is_read_by_its_gamma(roller: PadModel) -> None:
+    """By a gamma that is exact, too, for which nothing is estimated."""
+    bent, rng, squares = loosened(roller, **{"camera.gamma": 1.3}), np.random.default_rng(9), []
+    for _ in range(3):
+        forces = touch(bent, rng)
+        reading = ff.Reader(bent).search(bent.expose(forces, rng))
+        assert reading.status is Status.OK
+        apart = (reading.forces - forces).ravel()
+        squares.append(apart @ np.linalg.solve(reading.covariance, apart))
+    low, high = stats.chi2(3 * 60).ppf([RARE, 1 - RARE])
+    assert low < np.sum(squares) < high
+
+
+def test_the_light_of_a_built_pad_is_as_uneven_as_stated(roller: PadModel) -> None:
+    """Of 200 pads the mean square is that of the drawing within its own scatter."""
+    model, squares = loosened(roller, **{"camera.unevenness": "4 %"}), []
+    for seed in range(200):
+        light = model.as_built(seed).light
+        assert light is not None
+        squares.append(np.mean(np.square(light - 1)))
+    error = np.std(squares) / np.sqrt(len(squares))
+    assert abs(np.mean(squares) - 0.04**2) < 4 * error
 
 
 def fine_frame(model: PadModel, centre: Array, rng: np.random.Generator) -> tuple[Array, Array]:

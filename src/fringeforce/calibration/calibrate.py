@@ -117,7 +117,7 @@ def calibrate(
     ----------
     sensor : Sensor or Pad
         The drawing; its camera's noise is taken as known.  Of a pad light, residual and camera are
-        those of its tolerances (one amplitude, no gamma), and columns are not corrected.
+        those of its tolerances (one offset of the light), and columns are not corrected.
     frames : array_like, shape (F, n_pixels), or (F, rows, columns) of a pad, channels behind F
         Grey levels; unloaded frames have zero forces and determine the offset.
     forces : array_like, shape (F, n, components), BenchLoads, LoadLog, or sequences of Press

@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from fringeforce.base.arrays import Array
-from fringeforce.design.fields import Angle, Extent, Finite, Length, Place, Visibility
+from fringeforce.design.fields import Angle, Extent, Finite, Length, Percent, Place, Visibility
 from fringeforce.design.light import Plates
 from fringeforce.design.light_sources import Wavelength
 from fringeforce.design.parts import Converter, Design, Layer, Part, PhotoelasticLayer
@@ -242,6 +242,12 @@ class AreaCamera(Converter):
         default="ordinary",
         description='"polarisation" has analysers at 0 and 45 degrees before the pixels of even '
         "rows in turn, at 135 and 90 degrees before those of odd rows",
+    )
+    unevenness: Percent = Field(
+        default=0.0,
+        description="relative standard deviation of the light over the picture, a smooth random "
+        'field, such as "3 %"',
+        json_schema_extra={"ideal": True},
     )
     blur: Extent | None = Field(
         default=None,

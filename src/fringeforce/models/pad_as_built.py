@@ -20,7 +20,7 @@ from scipy.ndimage import convolve1d
 
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches
-from fringeforce.models.as_built import FIELD_STEP, PLACEMENT, RESIDUAL, SIZE
+from fringeforce.models.as_built import FIELD_STEP, LIGHT_LENGTH, PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad_presses import press_slices
 from fringeforce.models.pad_slices import block_of, slice_retardance
 from fringeforce.models.presses import Presses, are_presses
@@ -70,6 +70,8 @@ class BuiltPad:
         drawing's model do not know.
     residual : ndarray, shape (2, rows, columns)
         Retardance (A, B) over both passes without load [rad].
+    light : ndarray, shape (rows, columns), optional
+        Light over that of the design, at every pixel.
 
     Examples
     --------
@@ -84,6 +86,7 @@ class BuiltPad:
     drawing: Pad
     model: DrawnModel
     residual: Array
+    light: Array | None = None
 
     @property
     def _touched_anew(self) -> bool:
@@ -184,7 +187,9 @@ class BuiltPad:
         if contacts is None and not are_presses(forces) and self._touched_anew:
             contacts = self.contacts(np.shape(cast(ArrayLike, forces))[:-2], generator)
         light = self.intensity(warm_forces(self.model.sensor, forces, temperature), contacts)
-        return camera_optics.expose(self.model.sensor.camera, light, generator, frame_axes=axes)
+        camera = self.model.sensor.camera
+        light = light if self.light is None else light * self.light
+        return camera_optics.expose(camera, light, generator, frame_axes=axes)
 
 
 def built_pad(drawing: Pad, model: DrawnModel, generator: np.random.Generator) -> BuiltPad:
@@ -205,7 +210,11 @@ def built_pad(drawing: Pad, model: DrawnModel, generator: np.random.Generator) -
     if std:
         length = drawing.polariscope.residual_length
         residual = std * np.stack([smooth_image(x, y, length, generator) for _ in range(2)])
-    return BuiltPad(drawing, model, residual)
+    uneven, light = model.sensor.camera.unevenness, None
+    if uneven:
+        length = LIGHT_LENGTH * model.sensor.transducer.length
+        light = np.maximum(1 + uneven * smooth_image(x, y, length, generator), 0.0)
+    return BuiltPad(drawing, model, residual, light)
 
 
 def smooth_image(x: Array, y: Array, length: float, generator: np.random.Generator) -> Array:

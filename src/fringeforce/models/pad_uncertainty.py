@@ -3,7 +3,8 @@
 Every tolerance becomes one or more standardised unknowns, each normal with mean 0 and variance 1.
 Those of a group act alike:
 
-- light: gain and offset of the grey levels, anew in every frame for `camera.drift`;
+- light: gain and offset of the grey levels, anew in every frame for `camera.drift`, gamma, and
+  Karhunen-Loeve modes of the unevenness of the light over the picture;
 - forms: what pixels measure of the light, for visibility, plates and angles;
 - blur, and where the pixels look;
 - influence: sizes and materials, from the exact series at +- one standard deviation;
@@ -29,7 +30,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.models import splines
-from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
+from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_influence import PadInfluence, Retardance, with_even_profile
 from fringeforce.models.pad_series import PadSeries, SeriesInfluence
@@ -45,11 +46,14 @@ Mask = NDArray[np.bool_]
 Number = TypeVar("Number", bound=np.generic)
 LinearInfluence = PadInfluence | SeriesInfluence
 
-SMALLEST = 2e-6
-"""Variance of a mode of the residual, relative to the largest, below which it is left out."""
+SMALLEST, FAINTEST = 2e-6, 1e-4
+"""Variances of a mode of the residual, and of the unevenness of the light, relative to the largest,
+below which it is left out: of light hundredths of a few percent are less than its noise."""
 LIGHT = "camera.amplitude", "camera.offset"
 REGISTRATION = "camera.shift_x", "camera.shift_y", "camera.scale"
-BLUR = "camera.blur"
+BLUR, GAMMA, UNEVEN = "camera.blur", "camera.gamma", "camera.unevenness"
+FIELDS = RESIDUAL, UNEVEN
+"""Values that are smooth fields, of many unknowns each."""
 EFFECTS = (
     "transducer.photoelastic.strain_optic_coefficient",
     "transducer.photoelastic.stress_optic_coefficient",
@@ -143,6 +147,8 @@ class PadUncertainty:
         """
         pad, found, begin = self.model.sensor, list[Group](), 0
         stated = dict(pad.tolerances)
+        if pad.camera.unevenness:
+            stated[UNEVEN] = pad.camera.unevenness
         if pad.camera.drift:
             stated[DRIFTS[0]] = pad.camera.drift
         for path, std in stated.items():
@@ -151,6 +157,8 @@ class PadUncertainty:
             count = 1
             if path == RESIDUAL:
                 count = 2 * len(self._fields[2])
+            elif path == UNEVEN:
+                count = len(self._shades[2])
             elif path in (PLACEMENT, SIZE):
                 continue
             found.append(Group(path, begin, begin + count, std))
@@ -199,11 +207,15 @@ class PadUncertainty:
         """
         pad, square = self.model.sensor, 0.0
         for group in self.groups:
-            if group.path == RESIDUAL:
+            if group.path in FIELDS:
                 squares, lasting = np.ones(self.size), self.lasting
                 precision = self.expected[1][np.ix_(lasting, lasting)]
                 squares[lasting] = np.diag(np.linalg.inv(precision))
-                square += self.residual_square(squares[group.place])
+                own = squares[group.place]
+                residual = group.path == RESIDUAL
+                square += self.residual_square(own) if residual else self.uneven_square(own) / 4
+            elif group.path == GAMMA:
+                square += (group.std * np.log(2)) ** 2
             elif group.path in ("camera.amplitude", "polariscope.visibility"):
                 square += (group.std / (2 * value_of(pad, group.path))) ** 2
             elif group.path == "camera.offset":
@@ -233,6 +245,67 @@ class PadUncertainty:
             found[group.place] = group.std
         return found
 
+    @property
+    def gamma(self) -> float:
+        """Power of the grey level, as drawn."""
+        return float(self.model.sensor.camera.gamma)
+
+    def gamma_at(self, extra: Array) -> float:
+        """The same under unknowns, shape (size,)."""
+        group = self.group(GAMMA)
+        by = 0.0 if group is None else group.std * float(extra[group.begin])
+        return max(self.gamma + by, self.gamma / 2)
+
+    @cached_property
+    def _shades(self) -> tuple[Array, Array, NDArray[np.intp]]:
+        """Modes of the unevenness of the light.
+
+        Fields along y and along x at the pixels, and numbers (k, 2) of those that each mode is the
+        product of.
+        """
+        block, found = self.model.sensor.transducer, []
+        x, y = self.model.sensor.pixel_positions
+        for places, side in ((y, block.width), (x, block.length)):
+            found.append(karhunen_loeve(places, LIGHT_LENGTH * side, FAINTEST))
+        sizes = np.outer(*(np.square(field).sum(axis=1) for field in found))
+        return found[0], found[1], np.argwhere(sizes > FAINTEST * sizes.max())
+
+    def unevenness(self, extra: Array) -> Array:
+        """Share by which every pixel is brighter under unknowns, shape (rows, columns)."""
+        group = self.group(UNEVEN)
+        assert group is not None
+        across, along, chosen = self._shades
+        shares = np.zeros((len(across), len(along)))
+        shares[chosen[:, 0], chosen[:, 1]] = group.std * extra[group.place]
+        return np.asarray(across.T @ shares @ along)
+
+    def unevenness_adjoint(self, image: Array) -> Array:
+        """Derivative by these unknowns from that by the share of every pixel."""
+        group = self.group(UNEVEN)
+        assert group is not None
+        across, along, chosen = self._shades
+        shares = group.std * across @ image @ along.T
+        return np.asarray(shares[chosen[:, 0], chosen[:, 1]])
+
+    def unevenness_at(self, rows: Index, columns: Index) -> Single:
+        """Modes of the share at all pairs of rows and columns of pixels, shape (k, r * c)."""
+        group = self.group(UNEVEN)
+        assert group is not None
+        across, along, chosen = self._shades
+        fields = across[chosen[:, 0]][:, rows, None] * along[chosen[:, 1]][:, None, columns]
+        return np.asarray(group.std * fields.reshape(len(chosen), -1), dtype=np.float32)
+
+    def uneven_square(self, squares: Array) -> float:
+        """Mean square of the share over the picture, from those of its unknowns."""
+        rows, columns = (np.arange(0, n, 4) for n in self.model.frame_shape[-2:])
+        return float(np.square(self.unevenness_at(rows, columns)).mean(axis=1) @ squares)
+
+    @property
+    def expected_light(self) -> Array | None:
+        """Share of the light of every pixel that is expected, (rows, columns); none if all."""
+        group, mean = self.group(UNEVEN), self.expected[0]
+        return None if group is None or not mean[group.place].any() else 1 + self.unevenness(mean)
+
     @cached_property
     def forms(self) -> list[tuple[int, list[Array]]]:
         """Unknowns that change what pixels measure, and by how much each picture's forms do."""
@@ -252,7 +325,7 @@ class PadUncertainty:
     def acts_on_light(self) -> bool:
         """Whether any unknown changes light or camera, and not the retardance alone."""
         changed = self.brightness.any() or self.darkness.any() or self.forms
-        return bool(changed) or self.group(BLUR) is not None
+        return bool(changed) or any(self.group(path) for path in (BLUR, GAMMA, UNEVEN))
 
     def pictures(self, extra: Array) -> tuple[Picture, ...]:
         """What the channels measure under unknowns, shape (size,)."""
@@ -556,7 +629,7 @@ class PadUncertainty:
 
 def uncertain(pad: Pad) -> bool:
     """Whether anything is uncertain about a pad besides noise."""
-    return bool(pad.tolerances or pad.camera.drift)
+    return bool(pad.tolerances or pad.camera.drift or pad.camera.unevenness)
 
 
 def refusal(pad: Pad, path: str) -> str:
@@ -568,7 +641,7 @@ def refusal(pad: Pad, path: str) -> str:
             "polariscope.wavelength has a tolerance beside channels of their own wavelengths; give "
             f"{effect} one instead, which acts on all."
         )
-    known = (*LIGHT, *REGISTRATION, *SCALING, BLUR, RESIDUAL, DRIFTS[0])
+    known = (*LIGHT, *REGISTRATION, *SCALING, BLUR, GAMMA, *FIELDS, DRIFTS[0])
     if pad.skin is None:
         known = (*known, PLACEMENT, SIZE, PITCH)
     if path in known or path.startswith(LAYERS) or _is_form(path):

@@ -20,6 +20,7 @@ from scipy.special import ndtr
 from fringeforce.base.arrays import Index, Single
 from fringeforce.calibration.bench_expectation import BLUR as POINT_SPREAD
 from fringeforce.calibration.bench_expectation import DOUBT, FIELDS, LAMP
+from fringeforce.calibration.bench_expectation import GAMMA as POWER
 from fringeforce.calibration.design_entries import DEVIATION, design_value
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, with_values
@@ -30,6 +31,7 @@ from fringeforce.models.pad_influence import PadInfluence, Retardance
 from fringeforce.models.pad_uncertainty import (
     BLUR,
     EFFECTS,
+    GAMMA,
     LAYERS,
     SHARPEST_LENS,
     Group,
@@ -79,16 +81,17 @@ def loosened_pad(pad: Pad, paths: tuple[str, ...]) -> Pad:
         "camera.shift_y": SHIFT,
         "camera.scale": SCALE,
         "camera.blur": POINT_SPREAD / 2 * pixel,
+        GAMMA: POWER,
         RESIDUAL: FIELDS["residual"],
     }
     stated = {path: std for path, std in pad.tolerances.items() if path not in OWN}
     stated.pop("polariscope.wavelength", None)  # like a stronger effect
     stated.pop("tactels.pitch", None)  # contacts lie where they are written down
-    drift = camera.drift or DOUBT["gain"]
+    drift, uneven = camera.drift or DOUBT["gain"], camera.unevenness or FIELDS["bright"]
     return pad.model_copy(
         update={
             "tolerances": Tolerances({**wide, **stated}),
-            "camera": camera.model_copy(update={"drift": drift}),
+            "camera": camera.model_copy(update={"drift": drift, "unevenness": uneven}),
         }
     )
 
@@ -232,6 +235,10 @@ class BenchUncertainty(PadUncertainty):
     @cached_property
     def _fields(self) -> tuple[Array, Array, NDArray[np.intp], Array]:
         return super()._fields if self.shared is None else self.shared._fields
+
+    @cached_property
+    def _shades(self) -> tuple[Array, Array, NDArray[np.intp]]:
+        return super()._shades if self.shared is None else self.shared._shades
 
     @cached_property
     def _slopes(self) -> tuple[csr_array, csr_array]:

@@ -17,17 +17,17 @@ from fringeforce.calibration.pads.search import PadSearch
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, limits, number_at, with_values
-from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
+from fringeforce.models.as_built import PLACEMENT, SIZE
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_knowledge import PadKnowledge
-from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
+from fringeforce.models.pad_uncertainty import BLUR, FIELDS, UNEVEN, PadUncertainty
 from fringeforce.models.uncertainty import DRIFTS
 
 WITHIN = 3.1
 """Deviations that a drawing allows a value to be from the end of its range, and a little more."""
 LEAST = 1e-3
-"""Smallest residual that is worth an unknown [rad]."""
+"""Smallest residual [rad], and unevenness of the light, that is worth an unknown."""
 
 
 def calibrated_pad(
@@ -56,22 +56,21 @@ def calibrated_pad(
     spread = told * np.outer(more, more)
     values, units = found_values(unsure, search.layers(shared), shared, np.sqrt(np.diag(spread)))
     unit = np.ones(len(shared))
+    mean = np.zeros(len(shared))
     for group in lasting:
-        if group.path != RESIDUAL:
+        if group.path in FIELDS:
+            mean[group.place] = shared[group.place]
+        else:
             unit[group.begin] = units[group.path]
     covariance = spread * np.outer(unit, unit)
-    rough = unsure.group(RESIDUAL)
-    assert rough is not None
-    mean = np.zeros(len(shared))
-    mean[rough.place] = shared[rough.place]
     squares = np.square(mean) + np.diag(told)
     gain = fit.posterior.expected.sizes["gain"] * unsure.model.sensor.camera.drift
     drift = gain if fit.shown("gain") else pad.camera.drift
     begun = with_values(pad, {**values, DRIFTS[0]: float(drift)})
-    made, knowledge, stds = known_pad(unsure, begun, covariance, mean, squares[rough.place])
-    paths = tuple(path for path in stds if path != RESIDUAL)
+    made, knowledge, stds = known_pad(unsure, begun, covariance, mean, squares)
+    paths = tuple(path for path in stds if path not in FIELDS)
     values = {path: stated_value(made, path) for path in paths}
-    singles = np.array([group.begin for group in lasting if group.path != RESIDUAL])
+    singles = np.array([group.begin for group in lasting if group.path not in FIELDS])
     influence = search.model.influence
     model = characterize_pad(made, None, len(influence.x), len(influence.profile))
     judged = judgement(fit, levels, loads, {path: (values[path], stds[path]) for path in paths})
@@ -115,10 +114,10 @@ def known_pad(
     pad : Pad
         With the values that were found.
     covariance : ndarray, shape (S, S)
-        Of the values in their units, and of the modes of the residual in those of `unsure`.
+        Of the values in their units, and of the modes of fields in those of `unsure`.
     mean : ndarray, shape (S,)
-        Of the modes of the residual.
-    squares : ndarray, shape (r,)
+        Of the modes of fields.
+    squares : ndarray, shape (S,)
         Mean squares of these.
 
     Returns
@@ -131,14 +130,16 @@ def known_pad(
         The tolerances by their paths.
     """
     lasting = [group for group in unsure.groups if group.path not in (*DRIFTS, PLACEMENT)]
-    singles = [group for group in lasting if group.path != RESIDUAL]
+    singles = [group for group in lasting if group.path not in FIELDS]
     deviations = np.sqrt(np.diag(covariance))
     stds = {group.path: float(deviations[group.begin]) for group in singles}
     values, stds = _within(pad, {path: stated_value(pad, path) for path in stds}, stds)
-    stds[RESIDUAL] = max(float(np.sqrt(unsure.residual_square(squares))), LEAST)
+    for path, size_of in zip(FIELDS, (unsure.residual_square, unsure.uneven_square), strict=True):
+        if field := unsure.group(path):
+            stds[path] = max(float(np.sqrt(size_of(squares[field.place]))), LEAST)
     scale = np.ones(len(mean))
     for group in lasting:
-        size = stds[group.path] / (group.std if group.path == RESIDUAL else 1.0)
+        size = stds[group.path] / (group.std if group.path in FIELDS else 1.0)
         scale[group.place] = 1 / size
     known = PadKnowledge(
         {group.path: stds[group.path] for group in lasting},
@@ -147,8 +148,11 @@ def known_pad(
         covariance * np.outer(scale, scale),
     )
     contacts = {path: pad.tolerances[path] for path in (PLACEMENT, SIZE) if path in pad.tolerances}
+    if UNEVEN in stds:
+        values[UNEVEN] = stds[UNEVEN]
+    stated = {path: std for path, std in stds.items() if path != UNEVEN}
     made = _stateable(with_values(pad, values)).model_copy(
-        update={"tolerances": Tolerances({**contacts, **stds})}
+        update={"tolerances": Tolerances({**contacts, **stated})}
     )
     return made, known, stds
 
@@ -191,7 +195,7 @@ def found_values(
     values, units = {}, {}
     for group in known.groups:
         path = group.path
-        if path in (RESIDUAL, PLACEMENT, *DRIFTS):
+        if path in (*FIELDS, PLACEMENT, *DRIFTS):
             continue
         if path in layers:
             values[path] = layers[path]

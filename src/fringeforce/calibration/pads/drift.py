@@ -34,7 +34,7 @@ from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_knowledge import PadKnowledge
-from fringeforce.models.pad_uncertainty import EFFECTS, PadUncertainty
+from fringeforce.models.pad_uncertainty import EFFECTS, FIELDS, UNEVEN, PadUncertainty
 
 
 class Drifted(NamedTuple):
@@ -77,7 +77,7 @@ class Drifted(NamedTuple):
             layers = self.search.layers(shared)
             return found_values(self.search.known, layers, shared, stds)
         unsure = self.unsure
-        own = [g for g in unsure.groups if unsure.lasting[g.begin] and g.path != RESIDUAL]
+        own = [g for g in unsure.groups if unsure.lasting[g.begin] and g.path not in FIELDS]
         return (
             {g.path: stated_value(pad, g.path) + g.std * float(shared[g.begin]) for g in own},
             {g.path: g.std for g in own},
@@ -171,6 +171,7 @@ def _loosened(model: PadModel, drift: Drift) -> PadModel:
         RESIDUAL: drift.residual,
     }
     wide = {path: float(np.hypot(std, drifts.get(path, 0.0))) for path, std in known.stds.items()}
+    stated = {path: std for path, std in wide.items() if path != UNEVEN}
     # unknowns are measured in the tolerances
     scale, added = (
         np.concatenate([np.full(count, share(path)) for path, count in known.counts.items()])
@@ -182,7 +183,7 @@ def _loosened(model: PadModel, drift: Drift) -> PadModel:
     covariance = known.covariance * np.outer(scale, scale) + np.diag(added)
     return replace(
         model,
-        sensor=pad.model_copy(update={"tolerances": Tolerances({**pad.tolerances, **wide})}),
+        sensor=pad.model_copy(update={"tolerances": Tolerances({**pad.tolerances, **stated})}),
         known=PadKnowledge(wide, known.counts, known.mean * scale, covariance),
     )
 
@@ -213,14 +214,13 @@ def _updated(model: PadModel, drifted: Drifted) -> PadModel:
         shared = shared - moved
     unit, mean = np.ones(len(shared)), np.zeros(len(shared))
     values, units = drifted.values(pad, shared)
-    rough = unsure.group(RESIDUAL)
-    assert rough is not None
-    mean[rough.place] = shared[rough.place]
     for group in unsure.groups:
         if group.path in units:
             unit[group.begin] = units[group.path]
+        elif group.path in FIELDS:
+            mean[group.place] = shared[group.place]
     whole = covariance * np.outer(unit, unit)
-    squares = np.asarray(np.square(mean) + np.diag(covariance), dtype=float)[rough.place]
+    squares = np.asarray(np.square(mean) + np.diag(covariance), dtype=float)
     made, known, _ = known_pad(unsure, with_values(pad, values), whole, mean, squares)
     influence = model.influence
     later = characterize_pad(made, None, len(influence.x), len(influence.profile))

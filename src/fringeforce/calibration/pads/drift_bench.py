@@ -86,6 +86,8 @@ class DriftFrame:
         assert amplitude is not None
         first, response = self.count + amplitude.begin, self.fit.response
         bright = brightness[amplitude.begin] * response.amplitude * place.intensity[used]
+        if place.bend is not None:
+            bright = bright * place.bend[used]
         exact = float(bright @ bright / response.variance)
         scale = np.ones(len(gradient))
         scale[self.count :][brightness != 0] = np.sqrt(exact / information[first, first])

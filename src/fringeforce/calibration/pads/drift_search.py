@@ -8,13 +8,16 @@ from functools import cached_property
 import numpy as np
 
 from fringeforce.base.arrays import Array
+from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import Expected, ExpectedTogether
 from fringeforce.calibration.fit import BenchFit
-from fringeforce.calibration.pads.bench_uncertainty import is_layer
+from fringeforce.calibration.pads.bench_uncertainty import OWN, BenchUncertainty, is_layer
 from fringeforce.calibration.pads.search import PadSearch
 from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.design.tolerances import Tolerances
 from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_uncertainty import PadUncertainty
 
 
 class DriftSearch(PadSearch):
@@ -36,6 +39,18 @@ class DriftSearch(PadSearch):
         shared = np.zeros(self.bench.at.size)
         shared[self.bench.at.own("pad")] = self.prior[0]
         self.state = replace(self.state, shared=shared)
+
+    def uncertain_of(self, model: PadModel, paths: tuple[str, ...]) -> BenchUncertainty:
+        """What the calibration and the drift leave uncertain, and the lamp."""
+        pad = model.sensor
+        stated = {path: std for path, std in pad.tolerances.items() if path not in OWN}
+        drift = pad.camera.drift or DOUBT["gain"]
+        update = {
+            "tolerances": Tolerances(stated),
+            "camera": pad.camera.model_copy(update={"drift": drift}),
+        }
+        loose = replace(model, sensor=pad.model_copy(update=update))
+        return BenchUncertainty(PadUncertainty.of(loose).model)
 
     @cached_property
     def prior(self) -> tuple[Array, Array]:

@@ -42,10 +42,12 @@ exponent may be."""
 class Parts(NamedTuple):
     """Where shared unknowns stand, and the number of all.
 
-    Those of the pad come first, among them the residual's, then those of the list of loads.
+    Those of the pad come first, among them those of the residual and of how uneven the light is,
+    then those of the list of loads.
     """
 
     residual: slice
+    bright: slice
     pad: slice
     written: slice
     size: int

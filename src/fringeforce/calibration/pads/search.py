@@ -14,7 +14,12 @@ from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.bench_posterior import Expected, State
 from fringeforce.calibration.bench_search import NEAR_DESIGN, SETTLED, BenchSearch, inverse
 from fringeforce.calibration.design_entries import design_value
-from fringeforce.calibration.pads.bench_uncertainty import SHAPES, bench_uncertainty, is_layer
+from fringeforce.calibration.pads.bench_uncertainty import (
+    SHAPES,
+    BenchUncertainty,
+    bench_uncertainty,
+    is_layer,
+)
 from fringeforce.calibration.pads.posterior import (
     EXPONENT,
     MOST,
@@ -26,11 +31,11 @@ from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.mechanics.solid.surface import contact_modulus
-from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel, characterize_pad, seen_pixels
 from fringeforce.models.pad_contacts import ContactSeries
 from fringeforce.models.pad_slices import block_of
+from fringeforce.models.pad_uncertainty import FIELDS
 
 STEPS = 0.1, 0.03
 """Steps of the logarithms of layers about the drawing and about what was found."""
@@ -69,11 +74,15 @@ class PadSearch(BenchSearch):
         self.sensor = sensor
         if like is None:
             self.model = characterize_pad(sensor) if model is None else model
-            self.known = bench_uncertainty(self.model, paths)
+            self.known = self.uncertain_of(self.model, paths)
             self.series = self._series(np.zeros(self.known.size), STEPS[0])
         else:  # of the same drawing
             self.model, self.known, self.series = like.model, like.known, like.series
         super().__init__(sensor, levels, loads, paths, references, load_cell)
+
+    def uncertain_of(self, model: PadModel, paths: tuple[str, ...]) -> BenchUncertainty:
+        """What is uncertain about a pad before the frames, values of its layers among it."""
+        return bench_uncertainty(model, paths)
 
     def again(self, levels: Array, loads: BenchLoads) -> PadSearch:
         """A new search of the same pad with other frames or loads."""
@@ -108,8 +117,9 @@ class PadSearch(BenchSearch):
 
     def first_bench(self) -> PadBench:
         """The bench as it is drawn and written down."""
-        size, residual = int(self.known.lasting.sum()), self.known.group(RESIDUAL)
-        assert residual is not None
+        size = int(self.known.lasting.sum())
+        groups = (self.known.group(path) for path in FIELDS)
+        residual, bright = (slice(0, 0) if group is None else group.place for group in groups)
         moves, self.written = self.moves()
         whole = size + len(self.written)
         bench = PadBench(
@@ -125,7 +135,7 @@ class PadSearch(BenchSearch):
             self.averaged,
             moves,
             np.zeros(size),
-            Parts(residual.place, slice(0, size), slice(size, whole), whole),
+            Parts(residual, bright, slice(0, size), slice(size, whole), whole),
         )
         return bench.expanded(self.series, None)
 
@@ -147,7 +157,8 @@ class PadSearch(BenchSearch):
         """What is expected before the frames are seen."""
         at, sizes = self.bench.at, self.sizes
         deviations = np.ones(at.size)
-        deviations[at.own("residual")] = sizes["residual"]
+        for name in ("residual", "bright"):
+            deviations[at.own(name)] = sizes[name]
         deviations[at.own("written")] = self.written
         scatter = {name: sizes[name] for name in ("place", "width", "gain")}
         for name in ("normal", "tangential"):

@@ -27,7 +27,14 @@ from fringeforce.estimation.levenberg_marquardt import (
 from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import PadUncertainty
-from fringeforce.reading.pads.light import FrameLight, Place, Prior, Start, nothing
+from fringeforce.reading.pads.light import (
+    FrameLight,
+    Place,
+    Prior,
+    Start,
+    expected_response,
+    nothing,
+)
 from fringeforce.reading.pads.sampling import Sampling
 
 Array = NDArray[np.float64]
@@ -138,8 +145,12 @@ class Fit:
     @property
     def as_drawn(self) -> Fit:
         """The likelihood of the same frame where all unknowns of tolerances are at their means."""
-        still = None if self.uncertain is None else self.uncertain.still
-        return replace(self, sampling=replace(self.sampling, uncertain=None), still=still)
+        known = self.uncertain
+        if known is None:
+            return replace(self, still=None)
+        response = expected_response(self.response, known)
+        sampling = replace(self.sampling, uncertain=None)
+        return replace(self, sampling=sampling, still=known.still, response=response)
 
     @property
     def _prior(self) -> Prior:
@@ -198,15 +209,13 @@ class Fit:
 
         It holds forces, and the unknowns that show, which are 3 n + q at most.
         """
-        pixels, scale = len(self.frame) // len(place.lights), self._scale(place)
-        loads, known = len(place.forces), self.uncertain
+        scale, loads, known = self._scale(place), len(place.forces), self.uncertain
         ridge = RIDGE if self.used is None else MASKED
         own = np.diag_indices(loads)
         if known is None:
             total, held = np.zeros((loads, loads)), None
-            for k, (picture, light) in enumerate(zip(place.pictures, place.lights, strict=True)):
-                used = None if self.used is None else self.used[k * pixels : (k + 1) * pixels]
-                total += scale * self.sampling.information(place.modes, picture, light, used)
+            for k in range(len(place.lights)):
+                total += scale * self.sampling.information(place, k, self.used)
         else:
             total, held = self.sampling.joint_information(place, self.used)
             total *= scale

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Mask, Single
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
+from fringeforce.models.pad_uncertainty import BLUR, GAMMA, UNEVEN, PadUncertainty
 from fringeforce.optics.area_camera import Lens, Picture
 from fringeforce.optics.integrated import turn_modes_back
 from fringeforce.reading.pads.light import Shone
@@ -51,6 +51,25 @@ class Lattice:
         share = np.float32(1 / np.sqrt(len(picture.forms)))
         return [share * slope for slope in self.each(modes, picture, light, self.model.lens)]
 
+    def weight(self, here: Shone, k: int) -> Single | None:
+        """Change of the grey level with the intensity, over the amplitude, shape (forms, r * c).
+
+        Nothing where it is one, as of a linear camera under even light.
+        """
+        if here.uneven is None and here.curve is None:
+            return None
+        shone = here.lights[k][:, self.pixels]
+        seen = np.stack([_seen(form, shone) for form in here.pictures[k].forms])
+        shade, bend = self._factors(here, seen)
+        return np.asarray(np.broadcast_to(shade * bend, seen.shape), dtype=np.float32)
+
+    def _factors(self, here: Shone, seen: Single) -> tuple[Array, Array]:
+        """Light over its mean, shape (r * c,), and what a curve makes of levels (forms, r * c)."""
+        shade = np.ones(1) if here.uneven is None else here.uneven[self.pixels]
+        if here.curve is None:
+            return shade, np.ones(1)
+        return shade, here.curve.slope(here.amplitude * shade * seen + here.dark)
+
     def by_light(
         self, uncertain: PadUncertainty, here: Shone, k: int
     ) -> Iterator[tuple[int, Single]]:
@@ -75,20 +94,30 @@ class Lattice:
         light, forms = here.lights[k], here.pictures[k].forms
         shone = light[:, self.pixels]
         seen = np.stack([_seen(form, shone) for form in forms])
+        shade, bend = (part.astype(np.float32) for part in self._factors(here, seen))
+        bright, weight = bend * seen, shade * bend
         for number in np.flatnonzero(uncertain.brightness).tolist():
-            yield number, np.float32(uncertain.brightness[number]) * seen
+            yield number, np.float32(uncertain.brightness[number]) * bright
         for number in np.flatnonzero(uncertain.darkness).tolist():
             share = uncertain.darkness[number] / here.amplitude
-            yield number, np.full(seen.shape, share, np.float32)
+            yield number, np.float32(share) * np.broadcast_to(bend, seen.shape)
+        if (gamma := uncertain.group(GAMMA)) and here.curve is not None:
+            linear = np.asarray(here.amplitude * shade * seen + here.dark, dtype=float)
+            steep = here.curve.by_power(linear)
+            yield gamma.begin, np.asarray(gamma.std / here.amplitude * steep, dtype=np.float32)
+        if uneven := uncertain.group(UNEVEN):
+            modes = uncertain.unevenness_at(self.rows, self.columns)
+            for number, mode in enumerate(modes, uneven.begin):
+                yield number, mode * bright
         for number, changes in uncertain.forms:
-            yield number, np.stack([_seen(change, shone) for change in changes[k]])
+            yield number, weight * np.stack([_seen(change, shone) for change in changes[k]])
         if blur := uncertain.group(BLUR):
             low, high, apart = uncertain.lens_change(here.extra)
             sharp = np.stack([_seen(form, light) for form in forms])
             images = sharp.reshape(len(forms), *self.model.frame_shape[-2:])
             ends = [lens.part(images, self.rows, self.columns) for lens in (high, low)]
             change = (ends[0] - ends[1]) / np.float32(apart)
-            yield blur.begin, change.reshape(len(forms), -1)
+            yield blur.begin, np.float32(weight) * change.reshape(len(forms), -1)
 
     @property
     def places(self) -> tuple[Array, Array]:

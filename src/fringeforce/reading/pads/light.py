@@ -17,9 +17,11 @@ from fringeforce.estimation.covariance import marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Misfit, Response, misfit
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
+from fringeforce.models.pad_uncertainty import BLUR, GAMMA, UNEVEN, PadUncertainty
 from fringeforce.optics.area_camera import Lens, Picture
 
+DARKEST = 0.5
+"""Grey level that stands for all below it where a camera is not linear: none is told from it."""
 REMEMBERED = 0.9
 """Share of what frames tell about lasting unknowns that the next ones believe, so that about ten
 count."""
@@ -102,6 +104,42 @@ class Prior:
         return Prior(mean, precision)
 
 
+@dataclass(frozen=True)
+class Curve:
+    """A grey level that is a power of that of a linear camera, as shares of the full scale.
+
+    Attributes
+    ----------
+    power : float
+        Gamma.
+    full : float
+        Largest grey level.
+    """
+
+    power: float
+    full: float
+
+    def _share(self, linear: Array) -> Array:
+        return np.maximum(linear, DARKEST) / self.full
+
+    def level(self, linear: Array) -> Array:
+        """Grey levels from those of a linear camera."""
+        return np.asarray(self.full * self._share(linear) ** self.power)
+
+    def slope(self, linear: Array) -> Array:
+        """Derivative of these by those."""
+        return np.asarray(self.power * self._share(linear) ** (self.power - 1))
+
+    def by_power(self, linear: Array) -> Array:
+        """Derivative of these by gamma."""
+        share = self._share(linear)
+        return np.asarray(self.full * share**self.power * np.log(share))
+
+    def linear(self, level: Array) -> Array:
+        """Grey levels of a linear camera."""
+        return np.asarray(self.full * (np.maximum(level, 0.0) / self.full) ** (1 / self.power))
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Shone:
     """Retardance, and the light that it causes.
@@ -121,9 +159,17 @@ class Shone:
     lens : Lens, optional
         What blurs the light.
     amplitude : float
-        Of the camera, grey levels.
+        Of the camera, grey levels; the mean over the picture.
     intensity : ndarray, shape (channels * P,)
         Of the light that pixels get.
+    dark : float
+        Grey level without light.
+    uneven : ndarray, shape (P,), optional
+        Light of every pixel over the mean; even if not given.
+    curve : Curve, optional
+        What the camera makes of grey levels, if it is not linear.
+    bend : ndarray, shape (channels * P,), optional
+        Derivative of the grey levels by those of a linear camera.
     """
 
     modes: Single
@@ -134,6 +180,10 @@ class Shone:
     lens: Lens | None
     amplitude: float
     intensity: Array
+    dark: float = 0.0
+    uneven: Array | None = None
+    curve: Curve | None = None
+    bend: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,17 +260,29 @@ class FrameLight:
     def shone(self, modes: Single, extra: Array) -> Shone:
         """The light of retardance, shape (2, modes, rows, columns), under unknowns (q,)."""
         known, pictures, lens = self.uncertain, self.model.pictures, self.model.lens
-        gain, dark = 1.0, 0.0
+        gain, dark, power, uneven = 1.0, 0.0, float(self.model.sensor.camera.gamma), None
+        amplitude = float(np.mean(self.response.amplitude))
+        if np.ndim(self.response.amplitude):
+            pixels = len(self.frame) // len(self.model.pictures)
+            uneven = np.ravel(self.response.amplitude / amplitude)[:pixels]
         if known is not None:
             pictures, lens = known.pictures(extra), known.lens(extra)
             gain, dark = 1.0 + known.brightness @ extra, known.darkness @ extra
+            power = known.gamma_at(extra)
+            if known.group(UNEVEN) is not None:
+                uneven = 1.0 + known.unevenness(extra).ravel() / gain
         lights = [self.model.light(modes, picture) for picture in pictures]
         seen = [
             self.model.measured(light, picture, lens)
             for light, picture in zip(lights, pictures, strict=True)
         ]
         intensity = np.concatenate(seen).astype(float)
-        level = np.asarray(gain * self.response.amplitude * intensity + self.response.offset + dark)
+        dark = float(self.response.offset + dark)
+        lit = intensity if uneven is None else np.tile(uneven, len(seen)) * intensity
+        level, curve, bend = np.asarray(gain * amplitude * lit + dark), None, None
+        if power != 1 or (known is not None and known.group(GAMMA) is not None):
+            curve = Curve(power, float(self.model.sensor.camera.full_scale))
+            level, bend = curve.level(level), curve.slope(level)
         return Shone(
             modes=modes,
             extra=extra,
@@ -228,8 +290,12 @@ class FrameLight:
             level=level,
             pictures=pictures,
             lens=lens,
-            amplitude=float(gain * np.mean(self.response.amplitude)),
+            amplitude=float(gain * amplitude),
             intensity=intensity,
+            dark=dark,
+            uneven=uneven,
+            curve=curve,
+            bend=bend,
         )
 
     def misfit(self, level: Array) -> Misfit:
@@ -257,7 +323,10 @@ class FrameLight:
         by_extra : ndarray, shape (q,)
         """
         scale = np.float32(here.amplitude / np.sqrt(self.response.variance))
-        pulls = (scale * slope.astype(np.float32)).reshape(len(here.lights), -1)
+        bent = slope if here.bend is None else slope * here.bend
+        pulls = (scale * bent.astype(np.float32)).reshape(len(here.lights), -1)
+        if here.uneven is not None:
+            pulls *= here.uneven.astype(np.float32)
         by_modes = reduce(
             np.add,
             (
@@ -268,10 +337,22 @@ class FrameLight:
         known = self.uncertain
         if known is None:
             return by_modes, np.zeros(0)
-        unit = slope / np.sqrt(self.response.variance)
-        bright = float(np.vdot(unit, self.response.amplitude * here.intensity))
+        unit = bent / np.sqrt(self.response.variance)
+        lit = np.mean(self.response.amplitude) * here.intensity
+        bright = float(np.vdot(unit, lit))
         found = bright * known.brightness + float(unit.sum()) * known.darkness
         found += known.by_registration(here.modes, by_modes)
+        if shade := known.group(UNEVEN):
+            image = (unit * lit).reshape(len(here.lights), *self.model.frame_shape[-2:])
+            found[shade.place] = known.unevenness_adjoint(image.sum(axis=0))
+        if (gamma := known.group(GAMMA)) and here.curve is not None:
+            linear = here.amplitude * here.intensity
+            if here.uneven is not None:
+                linear = linear * np.tile(here.uneven, len(here.lights))
+            steep = (
+                slope / np.sqrt(self.response.variance) * here.curve.by_power(linear + here.dark)
+            )
+            found[gamma.begin] = gamma.std * float(steep.sum())
         for number, changes in known.forms:
             for pull, picture, light, change in zip(
                 pulls, here.pictures, here.lights, changes, strict=True
@@ -284,3 +365,12 @@ class FrameLight:
                 ends = (self.model.measured(light, picture, lens) for lens in (high, low))
                 found[blur.begin] += np.vdot(pull, np.subtract(*ends)) / apart
         return by_modes, found
+
+
+def expected_response(response: Response, uncertain: PadUncertainty | None) -> Response:
+    """A camera under the light that is expected of every pixel, if that is known."""
+    light = None if uncertain is None else uncertain.expected_light
+    if uncertain is None or light is None:
+        return response
+    channels = len(uncertain.model.pictures)
+    return replace(response, amplitude=response.amplitude * np.tile(light.ravel(), channels))

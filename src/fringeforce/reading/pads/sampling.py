@@ -20,7 +20,6 @@ from fringeforce.models import splines
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import PadUncertainty
-from fringeforce.optics.area_camera import Picture
 from fringeforce.reading.pads.lattice import Lattice
 from fringeforce.reading.pads.light import Place
 
@@ -56,27 +55,22 @@ class Sampling(Lattice):
         """Retardance of the modes, shape (2, modes, r * c) [rad]."""
         return self.influence @ forces.astype(np.float32)
 
-    def information(
-        self, modes: Single, picture: Picture, light: Single, used: Mask | None = None
-    ) -> Array:
+    def information(self, state: Place, k: int, used: Mask | None = None) -> Array:
         """Mean over the pixels of the squared derivatives of the intensity, shape (3 n, 3 n).
 
         Parameters
         ----------
-        modes : ndarray, shape (2, modes, rows, columns)
-            Retardance at all pixels of the image [rad].
-        picture : Picture
-            What they measure.
-        light : ndarray, shape (3, P)
-            The light behind it.
-        used : ndarray of bool, shape (P,), optional
+        state : Place
+            Where to take them.
+        k : int
+            Number of the picture.
+        used : ndarray of bool, shape (channels * P,), optional
             Pixels that count; all if not given.
         """
-        size = self.influence.shape[3]
-        shares = np.ones(len(self.pixels), np.float32) if used is None else self.shares(used)
-        stacked = [np.sqrt(shares) * slope for slope in self.slopes(modes, picture, light)]
-        weights = np.stack(stacked).reshape(len(stacked), -1, len(shares))
-        rows = np.empty((len(shares), len(stacked), size), dtype=np.float32)
+        size, shares = self.influence.shape[3], self.pixels
+        root, slopes = self._squares(state, k, used)
+        weights = root * slopes
+        rows = np.empty((len(shares), len(weights), size), dtype=np.float32)
         _combine(self.influence.reshape(-1, len(shares), size), weights, rows)
         flat = rows.reshape(-1, size)
         return (flat.T @ flat).astype(float) / len(shares)
@@ -174,7 +168,8 @@ class Sampling(Lattice):
     def _squares(self, state: Place, k: int, used: Mask | None) -> tuple[Single, Single]:
         """As `_root` and `_slopes`, or of fewer kinds whose squares add up to the same."""
         root, known = self._root(state, k, used), self.uncertain
-        if known is None or known.acts_on_light:
+        bent = state.curve is not None or state.uneven is not None
+        if bent or (known is not None and known.acts_on_light):
             return root, self._slopes(state, k)
         each = np.stack(self.slopes(state.modes, state.pictures[k], state.lights[k]))
         root = root * np.float32(len(state.pictures[k].forms) ** 0.5)
@@ -183,7 +178,8 @@ class Sampling(Lattice):
     def _slopes(self, state: Place, k: int) -> Single:
         """Derivatives of a picture's intensity by the modes, shape (forms, 2 modes, r * c)."""
         each = np.stack(self.each(state.modes, state.pictures[k], state.lights[k], state.lens))
-        return each.reshape(len(each), -1, each.shape[-1])
+        each, weight = each.reshape(len(each), -1, each.shape[-1]), self.weight(state, k)
+        return each if weight is None else each * weight[:, None]
 
     def _under(self, state: Place) -> Single:
         """Influence of squares as it is under unknowns, shape (2 modes, r * c, 3 n)."""

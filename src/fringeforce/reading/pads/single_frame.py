@@ -20,7 +20,7 @@ from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SquaresDepartureTest
 from fringeforce.reading.pads.fit import Fit, Optimum
-from fringeforce.reading.pads.light import Prior, Start
+from fringeforce.reading.pads.light import Prior, Start, expected_response
 from fringeforce.reading.pads.mirror_images import Mirror, Verdict, are_apart, weighed
 from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.sampling import Sampling, for_covariance, for_steps
@@ -110,7 +110,8 @@ class PadFrameReader(PadFrames):
     def _search(self) -> Search:
         self.check_signed()
         still = None if self.uncertain is None else self.uncertain.still
-        return Search(self._fitted, self.response, self._looseness, still)
+        response = expected_response(self.response, self.uncertain)
+        return Search(self._fitted, response, self._looseness, still)
 
     @cached_property
     def _departures(self) -> SquaresDepartureTest:

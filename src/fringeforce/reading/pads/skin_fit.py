@@ -216,11 +216,15 @@ class SkinFit:
             root = np.sqrt(shares).astype(np.float32)
             if self.used is not None:
                 root *= np.sqrt(lattice.shares(self.used[k * pixels : (k + 1) * pixels]))
-            if known is None:
+            weight = lattice.weight(place, k)
+            if known is None and weight is None:
                 found = lattice.slopes(place.modes, picture, shone)
             else:
                 root /= np.float32(np.sqrt(len(picture.forms)))
                 found = lattice.each(place.modes, picture, shone, place.lens)
+            if weight is not None:
+                found = [own * slope for own, slope in zip(weight, found, strict=True)]
+            if known is not None:
                 own = np.zeros((known.size, len(found), len(root)))
                 for number, change in lattice.by_light(known, place, k):
                     own[number] = root * change

@@ -28,7 +28,7 @@ from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SkinDepartureTest
 from fringeforce.reading.pads.fit import FIRST_STEPS
-from fringeforce.reading.pads.light import Prior
+from fringeforce.reading.pads.light import Prior, expected_response
 from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
 from fringeforce.reading.pads.search import Search
 from fringeforce.reading.pads.skin_fit import DENSE_REACH, SkinFit, SkinOptimum, SkinPlace
@@ -120,7 +120,8 @@ class PadSkinReader(PadFrames):
         if self.uncertain is None:
             return Search(self.model, self.response)
         squares = PadUncertainty.of(self.model)
-        return Search(squares.model, self.response, squares.looseness, squares.still)
+        response = expected_response(self.response, squares)
+        return Search(squares.model, response, squares.looseness, squares.still)
 
     @cached_property
     def _departures(self) -> SkinDepartureTest:

@@ -12,6 +12,7 @@ from scipy.ndimage import uniform_filter
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.pad import PadModel
 from fringeforce.optics.area_camera import Picture
+from fringeforce.reading.pads.light import Curve
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -67,6 +68,9 @@ def stress_vectors(
         Pixels that count; all if not given.
     """
     shape = len(model.pictures), *model.frame_shape[-2:]
+    camera = model.sensor.camera
+    if camera.gamma != 1:
+        frame = Curve(camera.gamma, camera.full_scale).linear(frame)
     light = ((frame - response.offset) / response.amplitude).reshape(shape)
     counts = np.ones(shape, dtype=bool) if used is None else used.reshape(shape)
     found = []

@@ -24,6 +24,7 @@ from fringeforce.estimation.residual_test import (
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strain_error import strain_deviation
 from fringeforce.reading.pads.fit import Fit, Optimum
+from fringeforce.reading.pads.light import Curve
 from fringeforce.reading.pads.mirror_images import Verdict
 from fringeforce.reading.reading import Reading, Status
 
@@ -165,7 +166,9 @@ class FrameClassifier:
     def _silent(self) -> Array:
         """Grey levels where nothing touches."""
         nothing = self.model.intensity(np.zeros((self.model.sensor.tactels.total, 3)))
-        return np.asarray(self.response.amplitude * nothing.ravel() + self.response.offset)
+        level = np.asarray(self.response.amplitude * nothing.ravel() + self.response.offset)
+        camera = self.model.sensor.camera
+        return level if camera.gamma == 1 else Curve(camera.gamma, camera.full_scale).level(level)
 
     def refusal(self, levels: Array) -> Status:
         """Why nothing explains a frame."""
