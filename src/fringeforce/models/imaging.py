@@ -210,6 +210,7 @@ def camera_response(
     offset: Array | float | None = None,
     noise: Array | float | None = None,
     light_variance: Array | float = 0.0,
+    brighter: float = 0.0,
 ) -> Response:
     """Response of a camera; it clips only where its noise can carry a level beyond its range.
 
@@ -223,12 +224,14 @@ def camera_response(
         Of channels that have their own, in place of the camera's, grey levels.
     light_variance : ndarray, shape (P,), or float
         Variance by which they are uncertain from pixel to pixel, squared grey levels.
+    brighter : float
+        Share by which all light may be brighter than that.
     """
     bright = camera.amplitude if amplitude is None else amplitude
     dark = camera.offset if offset is None else offset
     own = camera.noise if noise is None else noise
     reach = own * (1 if camera.noise_model == "uniform" else 4)
-    brightest = float(np.max(dark + bright + reach))
+    brightest = float(np.max((dark + bright) * (1 + brighter) + reach))
     return Response(
         amplitude=bright,
         offset=dark,

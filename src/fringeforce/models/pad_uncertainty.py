@@ -29,15 +29,17 @@ from fringeforce.base.arrays import Index
 from fringeforce.base.errors import InputError
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at, with_values
+from fringeforce.estimation.likelihood import Response
 from fringeforce.models import splines
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, RESIDUAL, SIZE
+from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_influence import PadInfluence, Retardance, with_even_profile
 from fringeforce.models.pad_series import PadSeries, SeriesInfluence
 from fringeforce.models.pad_slices import block_of
 from fringeforce.models.pad_traction_influence import TractionInfluence
 from fringeforce.models.pad_traction_modes import UNSEEN, TractionMode, traction_modes
-from fringeforce.models.uncertainty import DRIFTS, karhunen_loeve
+from fringeforce.models.uncertainty import DRIFTS, FOLLOWED_STDS, karhunen_loeve
 from fringeforce.optics.area_camera import Lens, Picture, pictures
 
 Array = NDArray[np.float64]
@@ -46,9 +48,10 @@ Mask = NDArray[np.bool_]
 Number = TypeVar("Number", bound=np.generic)
 LinearInfluence = PadInfluence | SeriesInfluence
 
-SMALLEST, FAINTEST = 2e-6, 1e-4
-"""Variances of a mode of the residual, and of the unevenness of the light, relative to the largest,
-below which it is left out: of light hundredths of a few percent are less than its noise."""
+SMALLEST = 2e-6
+"""Variance of a mode of a smooth field, relative to the largest, below which it is left out: .1 grey
+levels are left of 5 % of unevenness in the corners; the .8 that 1e-4 would leave there are more than
+the noise of a calibration's frames together."""
 LIGHT = "camera.amplitude", "camera.offset"
 REGISTRATION = "camera.shift_x", "camera.shift_y", "camera.scale"
 BLUR, GAMMA, UNEVEN = "camera.blur", "camera.gamma", "camera.unevenness"
@@ -266,9 +269,9 @@ class PadUncertainty:
         block, found = self.model.sensor.transducer, []
         x, y = self.model.sensor.pixel_positions
         for places, side in ((y, block.width), (x, block.length)):
-            found.append(karhunen_loeve(places, LIGHT_LENGTH * side, FAINTEST))
+            found.append(karhunen_loeve(places, LIGHT_LENGTH * side, SMALLEST))
         sizes = np.outer(*(np.square(field).sum(axis=1) for field in found))
-        return found[0], found[1], np.argwhere(sizes > FAINTEST * sizes.max())
+        return found[0], found[1], np.argwhere(sizes > SMALLEST * sizes.max())
 
     def unevenness(self, extra: Array) -> Array:
         """Share by which every pixel is brighter under unknowns, shape (rows, columns)."""
@@ -630,6 +633,13 @@ class PadUncertainty:
 def uncertain(pad: Pad) -> bool:
     """Whether anything is uncertain about a pad besides noise."""
     return bool(pad.tolerances or pad.camera.drift or pad.camera.unevenness)
+
+
+def pad_response(pad: Pad) -> Response:
+    """What the camera makes of light: it clips where tolerances let that be too bright."""
+    camera, stated = pad.camera, pad.tolerances.get(LIGHT[0], 0.0)
+    shares = stated / camera.amplitude, camera.drift, camera.unevenness
+    return camera_response(camera, brighter=FOLLOWED_STDS * float(np.linalg.norm(shares)))
 
 
 def refusal(pad: Pad, path: str) -> str:

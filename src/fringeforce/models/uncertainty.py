@@ -40,12 +40,11 @@ from fringeforce.models.as_built import (
 )
 from fringeforce.models.creep import TERMS, Creep
 from fringeforce.models.finite_strain import second_order_influence
-from fringeforce.models.imaging import pixel_noise
+from fringeforce.models.imaging import camera_response, pixel_noise
 from fringeforce.models.node_splines import coefficients, fitted, sampled
 from fringeforce.models.strip import COVER_MODULUS, SensorModel
 from fringeforce.models.strip_width import light_line
 from fringeforce.models.temperature import COEFFICIENT, REFERENCE
-from fringeforce.optics.camera import noise_variance
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 from fringeforce.optics.polariscope import pictures, together
 
@@ -251,9 +250,9 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     loads = begins[1]
     at = Layout(loads, *begins[1:])
     bright = max(float(np.linalg.norm([_size(m.brightness) for m in modes])), 0.0) if modes else 0.0
-    reach_noise = noise * (1 if camera.noise_model == "uniform" else 4)
-    brightest = float(np.max((offset + amplitude) * (1 + FOLLOWED_STDS * bright) + reach_noise))
-    darkest = float(np.min(offset - reach_noise))
+    response = camera_response(
+        camera, amplitude, offset, noise, light_variance, FOLLOWED_STDS * bright
+    )
     width = float(sensor.tactels.contact_width)
     places, widths = std.get(PLACEMENT, 0.0), std.get(WIDTH, 0.0)
     frame = FrameModel(
@@ -285,9 +284,9 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         crosstalk=crosstalk.shares,
         leaks=crosstalk.leaks,
         srgb=camera.response == "sRGB",
-        variance=noise_variance(camera, noise) + light_variance,
-        floor=0.0 if darkest < -0.5 else -np.inf,
-        ceiling=float(camera.full_scale) if brightest > camera.full_scale + 0.5 else np.inf,
+        variance=np.asarray(response.variance, dtype=float),
+        floor=response.floor,
+        ceiling=response.ceiling,
         full_scale=float(camera.full_scale),
         broken=BROKEN,
         at=at,

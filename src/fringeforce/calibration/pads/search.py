@@ -31,11 +31,10 @@ from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.mechanics.solid.surface import contact_modulus
-from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel, characterize_pad, seen_pixels
 from fringeforce.models.pad_contacts import ContactSeries
 from fringeforce.models.pad_slices import block_of
-from fringeforce.models.pad_uncertainty import FIELDS
+from fringeforce.models.pad_uncertainty import FIELDS, pad_response
 
 STEPS = 0.1, 0.03
 """Steps of the logarithms of layers about the drawing and about what was found."""
@@ -131,7 +130,7 @@ class PadSearch(BenchSearch):
             self.loads.widths.copy(),
             np.full(self.which.shape, EXPONENT[0]),
             self.known,
-            camera_response(self.sensor.camera),
+            pad_response(self.known.model.sensor),
             self.averaged,
             moves,
             np.zeros(size),

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.likelihood import Response
-from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_uncertainty import pad_response
 from fringeforce.optics.arrangement import signed
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.frame_reader import Follower, FrameReader
@@ -47,7 +47,7 @@ class PadFrames(FrameReader):
     @cached_property
     def response(self) -> Response:
         """What the camera makes of light."""
-        return camera_response(self.model.sensor.camera)
+        return pad_response(self.model.sensor)
 
     def phase(self, forces: Array) -> Array:
         """Retardance over both passes, shape (2, rows, columns) [rad]."""
