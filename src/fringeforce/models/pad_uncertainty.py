@@ -49,9 +49,9 @@ Number = TypeVar("Number", bound=np.generic)
 LinearInfluence = PadInfluence | SeriesInfluence
 
 SMALLEST = 2e-6
-"""Variance of a mode of a smooth field, relative to the largest, below which it is left out: .1 grey
-levels are left of 5 % of unevenness in the corners; the .8 that 1e-4 would leave there are more than
-the noise of a calibration's frames together."""
+"""Variance of a mode of a smooth field, relative to the largest, below which it is left out: of an
+unevenness of 5 % that leaves .1 grey levels in the corners.  The .8 that 1e-4 would leave there are
+more than the noise of a calibration's frames together."""
 LIGHT = "camera.amplitude", "camera.offset"
 REGISTRATION = "camera.shift_x", "camera.shift_y", "camera.scale"
 BLUR, GAMMA, UNEVEN = "camera.blur", "camera.gamma", "camera.unevenness"
