@@ -13,8 +13,10 @@ from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.influence import pad_influence
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_slices import block_of
+from fringeforce.models.pad_uncertainty import pad_response
 from fringeforce.optics.integrated import equivalent_retarder
 from fringeforce.optics.photoelasticity import stress_optic_constant
+from fringeforce.reading.pads.light import FrameLight, Place
 from fringeforce.reading.pads.sampling import for_covariance, lattice
 from whole_numbers import in_whole_numbers
 
@@ -114,9 +116,11 @@ def test_a_lattice_says_of_the_curvature_what_all_pixels_say(
         used[np.random.default_rng(5).random(used.shape) < 0.1] = False
     slopes, weights = jacobian(model, forces), used.ravel()
     exact = slopes.T @ (weights[:, None] * slopes)
-    few, modes = for_covariance(model), model.modes(forces)
-    _, light = model.picture(modes, model.pictures[0])
-    found = few.information(modes, model.pictures[0], light, weights if masked else None)
+    few = for_covariance(model)
+    light = FrameLight(model, pad_response(model.sensor), np.zeros(used.size))
+    shone = light.shone(model.modes(forces), np.zeros(0))
+    place = Place(forces=forces.ravel(), **vars(shone))
+    found = few.information(place, 0, weights if masked else None)
     ratio = np.linalg.eigvals(np.linalg.solve(found * used.size, exact)).real
     assert ratio.min() > 0.8
     assert ratio.max() < 1.25
