@@ -2,6 +2,7 @@
 
 import csv
 import json
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import fringeforce as ff
 from fringeforce.acquisition.cameras.camera import Settings
 from fringeforce.acquisition.cameras.simulator import SimulatedCamera
 from fringeforce.acquisition.loop import read_block
+from fringeforce.acquisition.run_statistics import Statistics
 from fringeforce.acquisition.sinks.contact_rows import ROWS
 from fringeforce.acquisition.sinks.message import message
 from fringeforce.acquisition.sinks.sink import Readings
@@ -26,6 +28,8 @@ from fringeforce.io.tables import contact_columns
 FAR = 5.0
 """Deviations: beyond them lies one in two million."""
 LINES = 24
+SLID = 120
+"""Lines after which the simulated fingertip has slid."""
 START = 1_700_000_000.0
 COLUMNS = contact_columns()
 
@@ -200,8 +204,15 @@ def test_a_simulated_fingertip_presses_slides_and_lets_go(
     camera = SimulatedCamera(skin, Settings(40.0, block=20), period=4.0, memory=10.0)
     path = tmp_path / "touch.csv"
     reader = ff.Reader(skin)
-    statistics = ff.live(reader, camera, [ff.open_sink(f"csv:{path}", skin)], seconds=3.4)
-    assert statistics.lines >= 100
+    enough = threading.Event()
+
+    def seen(statistics: Statistics, last: object) -> None:
+        if statistics.lines >= SLID:
+            enough.set()
+
+    sinks = [ff.open_sink(f"csv:{path}", skin)]
+    statistics = ff.live(reader, camera, sinks, seconds=60.0, stop=enough, report=seen)
+    assert statistics.lines >= SLID
     assert {"OK", "NO_CONTACT"} <= set(statistics.statuses)
     assert sum(statistics.statuses.get(name, 0) for name in ("OK", "NO_CONTACT")) >= 0.95 * (
         statistics.lines

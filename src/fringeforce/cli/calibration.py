@@ -276,7 +276,7 @@ def update(
         typer.Option(help="How far each share of cross-talk may have changed, of the whole light."),
     ] = 0.01,
 ) -> None:
-    """Find drift since the calibration, without known loads or with them.
+    """Find drift since the calibration, in frames of any loads.
 
     Light, residual retardance and the place of the camera; of several channels the light of each
     and cross-talk.
