@@ -108,7 +108,8 @@ def measure(seed: list[int]) -> list[Read]:
         begun = perf_counter()
         reading = reader.search(frame)
         took, off = perf_counter() - begun, (reading.forces - forces).ravel()
-        scaled, paths = np.abs(off) / reading.std.ravel(), tuple(stated)
+        scaled = np.abs(off) / reading.std.ravel()
+        paths = tuple(path for path, value in stated.items() if isinstance(value, str))
         square = float(off @ np.linalg.solve(reading.covariance, off)) / len(off)
         one = Read(
             paths, reading.status, (scaled < INTERVAL).mean(), scaled.max(), square, took
