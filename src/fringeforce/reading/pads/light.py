@@ -168,8 +168,8 @@ class Shone:
         Light of every pixel over the mean; even if not given.
     curve : Curve, optional
         What the camera makes of grey levels, if it is not linear.
-    bend : ndarray, shape (channels * P,), optional
-        Derivative of the grey levels by those of a linear camera.
+    linear, bend : ndarray, shape (channels * P,), optional
+        Grey levels of a linear camera, and the derivative of the expected ones by these.
     """
 
     modes: Single
@@ -183,6 +183,7 @@ class Shone:
     dark: float = 0.0
     uneven: Array | None = None
     curve: Curve | None = None
+    linear: Array | None = None
     bend: Array | None = None
 
 
@@ -279,10 +280,10 @@ class FrameLight:
         intensity = np.concatenate(seen).astype(float)
         dark = float(self.response.offset + dark)
         lit = intensity if uneven is None else np.tile(uneven, len(seen)) * intensity
-        level, curve, bend = np.asarray(gain * amplitude * lit + dark), None, None
+        level, curve, linear, bend = np.asarray(gain * amplitude * lit + dark), None, None, None
         if power != 1 or (known is not None and known.group(GAMMA) is not None):
-            curve = Curve(power, float(self.model.sensor.camera.full_scale))
-            level, bend = curve.level(level), curve.slope(level)
+            curve, linear = Curve(power, float(self.model.sensor.camera.full_scale)), level
+            level, bend = curve.level(linear), curve.slope(linear)
         return Shone(
             modes=modes,
             extra=extra,
@@ -295,6 +296,7 @@ class FrameLight:
             dark=dark,
             uneven=uneven,
             curve=curve,
+            linear=linear,
             bend=bend,
         )
 
@@ -345,14 +347,10 @@ class FrameLight:
         if shade := known.group(UNEVEN):
             image = (unit * lit).reshape(len(here.lights), *self.model.frame_shape[-2:])
             found[shade.place] = known.unevenness_adjoint(image.sum(axis=0))
-        if (gamma := known.group(GAMMA)) and here.curve is not None:
-            linear = here.amplitude * here.intensity
-            if here.uneven is not None:
-                linear = linear * np.tile(here.uneven, len(here.lights))
-            steep = (
-                slope / np.sqrt(self.response.variance) * here.curve.by_power(linear + here.dark)
-            )
-            found[gamma.begin] = gamma.std * float(steep.sum())
+        gamma = known.group(GAMMA)
+        if gamma and here.curve is not None and here.linear is not None:
+            steep = here.curve.by_power(here.linear) / np.sqrt(self.response.variance)
+            found[gamma.begin] = gamma.std * float(slope @ steep)
         for number, changes in known.forms:
             for pull, picture, light, change in zip(
                 pulls, here.pictures, here.lights, changes, strict=True

@@ -67,13 +67,13 @@ class Sampling(Lattice):
         used : ndarray of bool, shape (channels * P,), optional
             Pixels that count; all if not given.
         """
-        size, shares = self.influence.shape[3], self.pixels
+        size, pixels = self.influence.shape[3], len(self.pixels)
         root, slopes = self._squares(state, k, used)
         weights = root * slopes
-        rows = np.empty((len(shares), len(weights), size), dtype=np.float32)
-        _combine(self.influence.reshape(-1, len(shares), size), weights, rows)
+        rows = np.empty((pixels, len(weights), size), dtype=np.float32)
+        _combine(self.influence.reshape(-1, pixels, size), weights, rows)
         flat = rows.reshape(-1, size)
-        return (flat.T @ flat).astype(float) / len(shares)
+        return (flat.T @ flat).astype(float) / pixels
 
     def joint_information(self, state: Place, used: Mask | None = None) -> tuple[Array, Mask]:
         """Mean over the pixels of the squared derivatives of the intensity by all unknowns.
