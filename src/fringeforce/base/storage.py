@@ -29,6 +29,16 @@ HDF5 = (".h5", ".hdf5", ".nc")
 """Endings of these files."""
 FORCE_AXES = ("tactel", "component")
 """Last dimensions of forces and of what belongs to them."""
+CALLED = {
+    "model": "a model",
+    "pad": "a model of a pad",
+    "frames": "frames",
+    "images": "images of a pad",
+    "dataset": "images of a data set",
+    "readings": "readings",
+    "study": "results of a study",
+}
+"""What files of each kind hold, in words."""
 LIBRARIES = ("fringeforce", "numpy", "scipy", "scikit-fem")
 SEAL, UNFINISHED = b"\nfringeforce-sha256:", b"\nfringeforce-layout:"
 """What stands after the end of an HDF5 file, where HDF5 reads nothing, before the digest: of the
@@ -205,9 +215,13 @@ def existing_file(path: PathLike, kind: str, *others: str) -> Iterator[h5py.File
     try:
         _verify(path)
         with _opened(path) as file:
-            found = file.attrs.get("format", "a foreign HDF5 file")
-            if found not in [f"fringeforce-{name}" for name in (kind, *others)]:
-                raise FileFormatError(f"{path} is no fringeforce {kind} file but {found!s}.")
+            found = str(file.attrs.get("format", "")).removeprefix("fringeforce-")
+            if found not in (kind, *others):
+                own = CALLED.get(found, "what fringeforce did not write")
+                raise FileFormatError(
+                    f"{path} holds {own}, and {CALLED[kind]} must be in this file; give another, "
+                    "or look whether two are swapped."
+                )
             newest = int(file.attrs.get("format_version", 0))
             if newest > FORMAT_VERSION:
                 raise FileFormatError(
@@ -221,7 +235,7 @@ def existing_file(path: PathLike, kind: str, *others: str) -> Iterator[h5py.File
         raise FileFormatError(f"There is no file {path}.") from None
     except UNREADABLE as error:
         raise FileFormatError(
-            f"{path} is not a complete HDF5 file of a fringeforce {kind} ({error}). It may be "
+            f"{path} is not a complete HDF5 file with {CALLED[kind]} ({error}). It may be "
             "truncated or of another kind; write it again."
         ) from None
 

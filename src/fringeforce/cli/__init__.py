@@ -20,6 +20,7 @@ from fringeforce.cli.designs import characterize, materials, new, show
 from fringeforce.cli.explorer import explore
 from fringeforce.cli.frames import read, simulate
 from fringeforce.cli.live import live
+from fringeforce.cli.mistakes import USAGE_ERROR, tell
 from fringeforce.cli.paper import reproduce
 from fringeforce.cli.pictures import extract
 from fringeforce.cli.studies import optimise, study, sweep
@@ -78,9 +79,14 @@ def main() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _raise_interrupt)
     try:
-        app()
+        sys.exit(app(prog_name="fringeforce", standalone_mode=False))
+    except USAGE_ERROR as error:
+        tell(error)
+        sys.exit(2)
     except FringeforceError as error:
-        print(f"fringeforce: {error}", file=sys.stderr)
+        said = str(error)
+        said = said if said.count("\n") > 1 else " ".join(said.split())  # a list keeps its lines
+        print(f"fringeforce: {said}", file=sys.stderr)
         sys.exit(2)
     except (KeyboardInterrupt, SystemExit, SystemError) as error:
         if not _interrupted(error):

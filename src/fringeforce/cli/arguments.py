@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -56,14 +56,14 @@ Exposure = Annotated[float | None, typer.Option(help="Exposure of a line or imag
 Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
 
 
+OTHERS = {".csv", ".npy", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".mp4", ".avi"}
+"""Endings of tables, arrays and pictures, which are neither models nor designs."""
 ZERO_CELSIUS = 273.15
 """Zero of the Celsius scale [K]."""
 
 
-def with_tolerances(model: Any, stated: Sequence[str] | None) -> Any:
-    """A model read with the tolerances of a command line."""
-    from fringeforce.base.errors import InputError
-
+def stated_tolerances(stated: Sequence[str] | None) -> dict[str, str]:
+    """Tolerances of a command line, as text by dotted path; InputError for what is none."""
     values = {}
     for text in stated or ():
         path, sign, value = text.partition("=")
@@ -72,7 +72,7 @@ def with_tolerances(model: Any, stated: Sequence[str] | None) -> Any:
                 f"--tolerance {text!r} has no '='; write it as in 'camera.shift = 0 +/- 0.05 mm'."
             )
         values[path.strip()] = value.strip().strip('"')
-    return model.with_tolerances(**values) if values else model
+    return values
 
 
 def frames_and_times(path: Path, sensor: Any, region: Path | None) -> tuple[Any, Any]:
@@ -96,7 +96,6 @@ def temperatures(stated: str | None, times: Any = None) -> Any:
     """Temperatures [K]: one, or one for each time from a log; none if none is stated."""
     import numpy as np
 
-    from fringeforce.base.errors import InputError
     from fringeforce.io.tables import load_temperatures
 
     if stated is None:
@@ -132,16 +131,111 @@ def is_model(path: str) -> bool:
     return Path(path).suffix.lower() in HDF5 or is_hdf5(path)
 
 
-def model_of(path: str) -> Any:
-    """The model in a file, or that of a design by finite elements."""
+def sensor_and_model(
+    path: str, tolerances: Mapping[str, str] | None = None
+) -> tuple[Any, Callable[[], Any]]:
+    """The sensor of a model file or of a design, at once, and what gives its model.
+
+    A design is solved when its model is asked for, which takes seconds: what else is given can be
+    looked at before.
+
+    Parameters
+    ----------
+    path : str
+        Model file, design file, or name of a shipped design.
+    tolerances : mapping, optional
+        As of `stated_tolerances`: what readings allow for besides.
+
+    Raises
+    ------
+    FringeforceError
+        If it is neither, or a tolerance is none of this sensor.
+    """
     from fringeforce.design.files import load_sensor
     from fringeforce.models.characterization import characterize
     from fringeforce.models.files import load_model
 
+    allowed = tolerances or {}
     if is_model(path):
-        return load_model(path)
-    with progress_bar() as advance:
-        return characterize(load_sensor(path), progress=advance)
+        model = load_model(path)
+        model = model.with_tolerances(**allowed) if allowed else model
+        return model.sensor, lambda: model
+    if Path(path).suffix.lower() in OTHERS:
+        raise InputError(
+            f"{path} is neither a model file (.h5) nor a design (.toml); give one of them as the "
+            "first argument, and what it is used on as the next."
+        )
+    sensor = load_sensor(path)
+    if allowed:
+        sensor.replace(**allowed)  # refuses what is no tolerance of it
+
+    def solved() -> Any:
+        with progress_bar() as advance:
+            found = characterize(sensor, progress=advance)
+        return found.with_tolerances(**allowed) if allowed else found
+
+    return sensor, solved
+
+
+def model_of(path: str) -> Any:
+    """The model in a file, or that of a design by finite elements."""
+    return sensor_and_model(path)[1]()
+
+
+def writable(output: Path | None, kind: str, *inputs: Path | str | None) -> None:
+    """Refuse, before anything takes long, an output that could not be written or read again.
+
+    Parameters
+    ----------
+    output : Path or None
+        File to write, if any.
+    kind : str
+        What it will hold: "frames", "models", "results", "tables" or "designs"; of "files" any
+        ending is taken.
+    *inputs : Path, str or None
+        Files that the command reads, which it must not replace.
+
+    Raises
+    ------
+    InputError
+        If its name ends as another kind of file does, it is a folder, there is no folder for it,
+        or it is one of the inputs.
+    """
+    if output is None:
+        return
+    from fringeforce.base.storage import HDF5
+
+    endings = {
+        **dict.fromkeys(("frames", "models", "results"), HDF5),
+        "tables": (".csv",),
+        "designs": (".toml",),
+    }
+    allowed, suffix = endings.get(kind, ()), output.suffix.lower()
+    foreign = {*OTHERS, *HDF5, ".toml"} - set(allowed) if allowed else set()
+    if output.is_dir():
+        raise InputError(f"{output} cannot be written: it is a folder; give the name of a file.")
+    # frames are recognised by their ending alone
+    if suffix in foreign or (kind == "frames" and suffix not in allowed):
+        raise InputError(
+            f"{output}: this command writes {kind} there, whose names end in "
+            f"{' or '.join(allowed)}, and not in {suffix!r}; give it another name."
+        )
+    if not output.parent.is_dir():
+        raise InputError(
+            f"{output} cannot be written: there is no folder {output.parent}; make it, or give "
+            "another path."
+        )
+    read = [Path(given) for given in inputs if given is not None]
+    if output.exists() and any(given.exists() and output.samefile(given) for given in read):
+        raise InputError(
+            f"{output} is read by this command and would be replaced; give the output another name."
+        )
+
+
+def usable_folder(folder: Path) -> None:
+    """Refuse, before anything takes long, a folder for results that is a file; InputError."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder} cannot be written to: it is a file; give the name of a folder.")
 
 
 def draw_beside(output: Path, words: str, draw: Callable[[Path], object]) -> None:

@@ -16,6 +16,7 @@ from fringeforce.cli.arguments import (
     frames_and_times,
     is_model,
     quantity,
+    writable,
 )
 from fringeforce.cli.progress import progress_bar
 
@@ -67,6 +68,7 @@ def plan(
     from fringeforce.plotting.figures import draw_plan
     from fringeforce.studies.summary import plan_summary
 
+    writable(output, "tables", source)
     if is_model(source):
         known = load_model(Path(source))
         sensor = known.sensor
@@ -106,7 +108,11 @@ def calibrate(
         typer.Option(help="Frames per second, for loads by time, if the frames have no times."),
     ] = None,
     aside: Annotated[
-        int, typer.Option(help="Put every so many frames aside and check them; 0 for none.")
+        int,
+        typer.Option(
+            help="Check the model by frames that it was not fitted to: each 5th loaded frame, or "
+            "each 3rd with 3; 0 checks by none."
+        ),
     ] = 5,
     columns: Annotated[
         bool,
@@ -147,6 +153,9 @@ def calibrate(
     from fringeforce.plotting.figures import draw_residuals
     from fringeforce.studies.summary import calibration_summary
 
+    writable(output, "models", design, frames, loads)
+    writable(report, "files", design, frames, loads)
+    zero = 0.0 if cell_zero is None else quantity("--cell-zero", cell_zero, "newton")
     sensor = load_sensor(design)
     images, times = frames_and_times(frames, sensor, region)
     known = load_bench_loads(loads, sensor, len(images))
@@ -166,7 +175,6 @@ def calibrate(
         for path in (dark, unloaded, bright)
     )
     references = References(*given)
-    zero = 0.0 if cell_zero is None else quantity("--cell-zero", cell_zero, "newton")
     with progress_bar("Calibrating") as advance:
         model = calibrated(
             sensor,
@@ -293,6 +301,7 @@ def update(
     from fringeforce.io.frames import load_frames
     from fringeforce.models.files import load_model
 
+    writable(output, "models", frames, loads)
     drift = Drift(
         light=light,
         residual=quantity("--residual", residual, "radian"),
@@ -344,6 +353,7 @@ def creep(
     from fringeforce.io.frames import load_frames
     from fringeforce.models.files import load_strip_model
 
+    writable(output, "models", frames, loads)
     elastic, images = load_strip_model(model), load_frames(frames)
     known = load_bench_loads(loads, elastic.sensor, len(images))
     times = load_frame_times(frames, len(images), fps)

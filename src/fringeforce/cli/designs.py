@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Design, ModelOrDesign, model_of
+from fringeforce.cli.arguments import Design, ModelOrDesign, model_of, writable
 from fringeforce.cli.progress import compiling, progress_bar
 
 
@@ -70,6 +70,8 @@ def characterize(
     from fringeforce.models.plane_check import plane_check
     from fringeforce.studies.summary import provenance_words
 
+    writable(output, "models", design)
+    writable(vtu, "files", design)
     sensor = load_sensor(design)
     with progress_bar() as advance:
         model = characterize(sensor, mesh, advance)

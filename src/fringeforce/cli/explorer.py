@@ -52,6 +52,7 @@ def explore(
     import pickle
     import webbrowser
 
+    from fringeforce.acquisition.cameras.choice import check_camera
     from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
     from fringeforce.design.materials import by_strain
     from fringeforce.explorer.limits import check, check_skin
@@ -59,6 +60,8 @@ def explore(
     from fringeforce.explorer.server import serve
     from fringeforce.explorer.session import FirstDesign
 
+    if camera is not None:
+        check_camera(camera)
     name = target.removeprefix("pads/")
     known = name in shipped_designs() or name in shipped_pads()
     if not known and is_model(target):

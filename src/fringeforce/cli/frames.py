@@ -20,9 +20,10 @@ from fringeforce.cli.arguments import (
     counted_frames,
     draw_beside,
     frames_and_times,
-    model_of,
+    sensor_and_model,
+    stated_tolerances,
     temperatures,
-    with_tolerances,
+    writable,
 )
 from fringeforce.cli.progress import compiling, progress_bar
 
@@ -59,16 +60,20 @@ def simulate(
     from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import save_frames
 
-    found = model_of(model)
-    loads = load_bench_loads(forces, found.sensor)
+    if seed < 0:
+        raise InputError(f"--seed {seed}: must be a whole number, 0 or more.")
+    writable(output, "frames", model, forces)
+    sensor, solved = sensor_and_model(model)
+    loads = load_bench_loads(forces, sensor)
     if not isinstance(loads, BenchLoads):
         raise InputError(f"{forces} has times and no frames; give a column frame to simulate.")
-    applied = loads.on_tactels(found.sensor.tactels.total) if loads.named else None
+    applied = loads.on_tactels(sensor.tactels.total) if loads.named else None
     touch = loads.presses() if applied is None else applied
     times = {} if fps is None else {"times": load_frame_times(forces, len(touch), fps)}
     warm = temperatures(temperature, times.get("times"))
     if warm is not None:
         times["temperature"] = warm
+    found = solved()
     frames = found.expose(touch, rng=seed, **times)
     save_frames(output, frames, found.pixel_positions, applied)
     print(f"{output}: {counted_frames(frames.shape)}")
@@ -100,15 +105,18 @@ def read(
     from fringeforce.plotting.readings import draw_readings
     from fringeforce.reading.reader import Reader
 
-    found = with_tolerances(model_of(model), tolerance)
-    sensor, reader = found.sensor, Reader(found, friction)
+    writable(output, "tables", model, frames)
+    sensor, solved = sensor_and_model(model, stated_tolerances(tolerance))
     images, times = frames_and_times(frames, sensor, region)
-    _check_shape(frames, images.shape, found.frame_shape)
-    readings: Any = []
-    if fps is not None or (reader.needs_times and times is None):
+    _check_shape(frames, images.shape, sensor.frame_shape)
+    if fps is not None:
         times = load_frame_times(frames, len(images), fps)
     warm = temperatures(temperature, times)
     each = None if warm is None else np.broadcast_to(warm, len(images))
+    reader = Reader(solved(), friction)
+    readings: Any = []
+    if reader.needs_times and times is None:
+        times = load_frame_times(frames, len(images))
     with compiling(), progress_bar() as advance:
         for reading in reader.stream(images, times=times, temperatures=each):
             readings.append(reading)

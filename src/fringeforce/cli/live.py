@@ -19,8 +19,9 @@ from fringeforce.cli.arguments import (
     Rate,
     RegionFile,
     Tolerance,
-    model_of,
-    with_tolerances,
+    sensor_and_model,
+    stated_tolerances,
+    writable,
 )
 
 if TYPE_CHECKING:
@@ -80,20 +81,29 @@ def live(
     Ends with status 1 if nothing that came can be used.
     """
     from fringeforce.acquisition.cameras.camera import Settings
-    from fringeforce.acquisition.cameras.choice import open_camera
+    from fringeforce.acquisition.cameras.choice import check_camera, open_camera
     from fringeforce.acquisition.loop import live as run
+    from fringeforce.acquisition.sinks.choice import check_sink
+    from fringeforce.base.errors import InputError
     from fringeforce.cli.display import busy, display, summary
     from fringeforce.cli.progress import compiling
     from fringeforce.pictures.region import Region
     from fringeforce.reading.reader import Reader
     from fringeforce.reading.reading import Status
 
-    found, settings = model_of(model), Settings(line_rate, exposure, block)
-    found = with_tolerances(found, tolerance)
+    settings = Settings(line_rate, exposure, block)
+    check_camera(camera)
+    targets = [*(to or ()), *([f"record:{record}"] if record else [])]
+    for target in targets:
+        check_sink(target)
+    writable(record, "frames", model, camera.removeprefix("file:"))
+    if seconds is not None and not seconds > 0:
+        raise InputError(f"--for {seconds:g}: must be more than 0 seconds; leave it out to go on.")
     seen = None if region is None else Region.load(region)
+    _, solved = sensor_and_model(model, stated_tolerances(tolerance))
+    found = solved()
     reader = Reader(found, friction)
     slow = camera == "sim" and found.sensor.dimensions > 1
-    targets = [*(to or ()), *([f"record:{record}"] if record else [])]
     with compiling():  # all of it, before a camera delivers what would wait and be dropped
         with busy("Exposing a simulated touch ...") if slow else nullcontext():
             source = open_camera(camera, found, settings, seen)

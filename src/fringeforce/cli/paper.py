@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Design
+from fringeforce.cli.arguments import Design, usable_folder
 from fringeforce.cli.progress import compiling, progress_bar
 
 
@@ -21,6 +21,7 @@ def reproduce(
     from fringeforce.design.files import load_strip
     from fringeforce.reproduction.report import reproduce
 
+    usable_folder(out)
     sensor = load_strip(design)
     with compiling(), progress_bar("Characterising", width=52) as advance:
         page = reproduce(sensor, out, advance)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fringeforce.cli.arguments import Design, counted_frames
+from fringeforce.cli.arguments import Design, counted_frames, writable
 
 if TYPE_CHECKING:
     from fringeforce.pictures.region import Region
@@ -81,6 +81,9 @@ def extract(
 
     if output is None and not camera and preview is None and own is None:
         raise InputError("Say what to write: --output frames.h5, --preview FILE, or --camera.")
+    writable(output, "frames", design, *pictures)
+    writable(own, "designs", *pictures)
+    writable(preview, "files", design, *pictures)
     sensor, first = load_sensor(design), first_pictures(pictures)
     if response is not None:
         sensor = sensor.replace(**{"camera.response": response})

@@ -54,7 +54,7 @@ def compiling() -> Iterator[None]:
         def on_start(self, event: Event) -> None:
             if not self.told:
                 self.told = True
-                words = "Compiling for this machine, once; it takes a minute or two ..."
+                words = "Compiling for this machine, once; it takes some minutes ..."
                 print(words, file=sys.stderr, flush=True)
 
         def on_end(self, event: Event) -> None:

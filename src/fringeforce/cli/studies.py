@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Design, Scheduler, Workers, quantity
+from fringeforce.cli.arguments import (
+    Design,
+    Scheduler,
+    Workers,
+    quantity,
+    usable_folder,
+    writable,
+)
 from fringeforce.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -69,6 +76,7 @@ def study(
     from fringeforce.studies.strain import strain_study
     from fringeforce.studies.width import width_study
 
+    usable_folder(out)
     sensor = load_strip(design)
     wide = None if width is None else quantity("--width", width, "meter")
     with executor(scheduler, workers) as pool, progress_bar() as advance:
@@ -99,6 +107,7 @@ def sweep(
     from fringeforce.studies.study_file import load_study
     from fringeforce.studies.sweep import run_sweep
 
+    writable(output, "results", study)
     plan, sensor = load_study(study)
     with executor(scheduler, workers) as pool, progress_bar() as advance:
         found = sweep_result(run_sweep(plan, sensor, output, pool, advance), output.stem)
@@ -119,6 +128,7 @@ def optimise(
     from fringeforce.studies.sweep import prepared
     from fringeforce.studies.verification import verified
 
+    writable(output, "results", study)
     plan, sensor = load_study(study)
     with executor(scheduler, workers) as pool, progress_bar() as advance:
         best = best_of(plan, sensor, output, pool, advance)

@@ -68,7 +68,10 @@ def load_bench_loads(
         return _of_frames(path, sensor, frames)
     table = load_columns(path)
     if not table.lines:
-        raise FileFormatError(f"{path} holds no loads; give one row for each contact.")
+        raise FileFormatError(
+            f"{path} holds no loads; give the columns frame, tactel or x_mm, normal_N and "
+            "tangential_N, and a row for each contact."
+        )
     by_time = "frame" not in table.values and bool({"time", "date"} & set(table.values))
     forces = forces_of(table, sensor.components)
     loaded = np.asarray(forces.any(axis=1), bool)

@@ -181,7 +181,11 @@ class Region:
         try:
             text = Path(path).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{path} cannot be read as a region: {error}.") from None
+            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+            raise InputError(
+                f"{path} cannot be read as a region: {reason}. Write one with  fringeforce extract "
+                "--region FILE."
+            ) from None
         values = toml_values(text, str(path))
         if unknown := set(values) - KEYS:
             raise InputError(

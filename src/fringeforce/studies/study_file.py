@@ -127,5 +127,9 @@ def read_table(model: type[Table], path: Path) -> Table:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"There is no study {str(path)!r} to read ({error}).") from None
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise InputError(
+            f"There is no study {str(path)!r} to read ({reason}); give a TOML file such as those "
+            "in examples/studies and examples/dataset."
+        ) from None
     return validated(model, toml_values(text, str(path)), str(path), from_file=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from fringeforce.acquisition.cameras.area import AreaCamera
@@ -52,9 +53,10 @@ def open_camera(
     ...     next(iter(camera)).lines.shape
     (64, 2048)
     """
+    check_camera(name)
     kind, _, rest = name.partition(":")
     sensor = model.sensor
-    if kind == "file" and rest:
+    if kind == "file":
         from fringeforce.acquisition.cameras.replay import ReplayCamera
 
         if region is not None:
@@ -70,8 +72,6 @@ def open_camera(
         from fringeforce.acquisition.cameras.simulator import SimulatedCamera
 
         return SimulatedCamera(model, settings)
-    if kind not in DEVICES:
-        raise InputError(f"There is no camera {name!r}; use {CAMERAS}.")
     frame = "a line" if sensor.dimensions == 1 else "an image"
     if kind in WEBCAMS:
         raise InputError(
@@ -86,6 +86,26 @@ def open_camera(
             "--region of a mosaic, or design a sensor that needs one picture."
         )
     return _device(kind, rest, sensor.camera.pixels, sensor.camera.bits, settings)
+
+
+def check_camera(name: str) -> None:
+    """Refuse the name of a camera that cannot be one, before there is a model.
+
+    Parameters
+    ----------
+    name : str
+        As of `open_camera`.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind of camera, or no file of frames.
+    """
+    kind, _, rest = name.partition(":")
+    if name != "sim" and kind not in DEVICES and not (kind == "file" and rest):
+        raise InputError(f"There is no camera {name!r}; use {CAMERAS}.")
+    if kind == "file" and not Path(rest).exists():
+        raise InputError(f"There is no file {rest} of frames to play; give the path of one.")
 
 
 def _device(

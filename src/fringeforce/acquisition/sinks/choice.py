@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from pkgutil import resolve_name
 
 from fringeforce.acquisition.sinks.serving import LOOPBACK
@@ -14,6 +15,10 @@ KINDS = (
     "csv:PATH, h5:PATH, record:PATH, ws://HOST:PORT, mcap:PATH, foxglove://HOST:PORT, "
     "rosbag:PATH, ros:NODE, zmq:tcp://HOST:PORT or lsl:NAME"
 )
+SERVERS = ("ws", "foxglove", "zmq")
+"""Kinds whose place may be left out."""
+FILES = ("csv", "h5", "record", "mcap", "rosbag")
+"""Kinds that need a path to write to."""
 OF_SENSORS = {
     "csv": "csv_file:CsvSink",
     "mcap": "foxglove:McapSink",
@@ -60,9 +65,8 @@ def open_sink(
     'CSV touch.csv'
     >>> sink.close()
     """
+    check_sink(target)
     kind, _, rest = target.partition(":")
-    if kind not in ("ws", "foxglove", "zmq") and not rest:
-        raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")
     if kind in ("h5", "record"):
         from fringeforce.acquisition.sinks.hdf5 import Hdf5Sink
 
@@ -79,6 +83,24 @@ def open_sink(
         from fringeforce.acquisition.sinks.foxglove import FoxgloveSink
 
         return FoxgloveSink(model.sensor, target, bind)
-    if kind in OF_SENSORS:
-        return resolve_name(f"fringeforce.acquisition.sinks.{OF_SENSORS[kind]}")(rest, model.sensor)
-    raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")
+    return resolve_name(f"fringeforce.acquisition.sinks.{OF_SENSORS[kind]}")(rest, model.sensor)
+
+
+def check_sink(target: str) -> None:
+    """Refuse the name of a sink that cannot be one, before there is a model.
+
+    Parameters
+    ----------
+    target : str
+        As of `open_sink`.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind of sink, its path or name is missing, or there is no folder for it.
+    """
+    kind, _, rest = target.partition(":")
+    if kind not in (*OF_SENSORS, *FILES, *SERVERS) or (kind not in SERVERS and not rest):
+        raise InputError(f"There is no place {target!r} for readings; use {KINDS}.")
+    if kind in FILES and not Path(rest).parent.is_dir():
+        raise InputError(f"{rest} cannot be written: there is no folder {Path(rest).parent}.")
