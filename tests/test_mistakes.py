@@ -93,7 +93,7 @@ def test_what_is_typed_wrongly_is_named_with_what_may_be(
         ("read saad frames.h5 -o r.h5", ["r.h5", "end in .csv"]),
         ("read saad frames.h5 -o r.csv --region none.toml", ["No such file", "extract --region"]),
         ("read saad frames.h5 -o r.csv --tolerance camera.shift", ["has no '='"]),
-        ("read saad frames.h5 -o r.csv --tolerance camera.shif=1", ["did you mean 'shift'"]),
+        ("read saad frames.h5 -o r.csv --tolerance camera.shiift=1", ["did you mean 'shift'"]),
         ("read saad frames.h5 -o r.csv --fps 0", ["0 frames per second"]),
         ("read saad frames.h5 -o r.csv --temperature warm", ["'warm'", "degrees Celsius"]),
         ("read frames.h5 frames.h5 -o r.csv", ["holds frames, and a model must"]),
