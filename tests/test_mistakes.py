@@ -105,6 +105,7 @@ def test_what_is_typed_wrongly_is_named_with_what_may_be(
         ("live saad --for 0", ["--for 0", "more than 0"]),
         ("live saad --region none.toml", ["none.toml", "extract --region"]),
         ("explore saad --no-browser --camera file:none.h5", ["no file none.h5"]),
+        ("explore saad --no-browser --port 99999", ["99999", "from 0 to 65535. Choose"]),
         ("calibrate saad --frames none.h5 --loads loads.csv -o m.h5", ["no file none.h5"]),
         ("calibrate saad --frames frames.h5 --loads none.csv -o m.h5", ["none.csv"]),
         ("calibrate saad --frames frames.h5 --loads readings.csv -o m.h5", ["holds readings"]),

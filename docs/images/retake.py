@@ -137,8 +137,8 @@ def skin() -> None:
 
 
 def live() -> None:
-    """A running sensor, held while somebody presses it."""
-    with explorer("--camera", "sim", size=(1200, 800)) as page:
+    """A running sensor, held while somebody presses it; slow enough that no line is dropped."""
+    with explorer("--camera", "sim", "--line-rate", "10", "--block", "1", size=(1200, 800)) as page:
         page.get_by_text(re.compile("[1-9][0-9]* lines/s read")).wait_for()
         page.wait_for_timeout(15_000)
         page.wait_for_function("/OK Use/.test(document.getElementById('watch').innerText)")

@@ -13,11 +13,15 @@ from fringeforce.cli.progress import progress_bar
 
 Design = Annotated[str, typer.Argument(help="Design file, or the name of a shipped design.")]
 Model = Annotated[Path, typer.Argument(help="Model file that `characterize` or `calibrate` wrote.")]
-ModelOrDesign = Annotated[str, typer.Argument(help="Model file; or a design, characterized first.")]
+ModelOrDesign = Annotated[
+    str,
+    typer.Argument(help="Model file, or a design (file or shipped name), which is solved first."),
+]
 Frames = Annotated[
     Path,
     typer.Argument(
-        help="Frames: .h5, .npy, .png or .tiff; a row each, or an image each for a pad."
+        help="File of frames (.h5, .npy, .png, .tiff): each row is a frame of a strip, each image "
+        "one of a pad."
     ),
 ]
 RegionFile = Annotated[
@@ -32,20 +36,21 @@ Scheduler = Annotated[
     str | None, typer.Option(help="Dask scheduler to use, such as tcp://127.0.0.1:8786.")
 ]
 Friction = Annotated[
-    float | None, typer.Option(help="Limit forces to N >= 0 and |T| <= friction N.")
+    float | None,
+    typer.Option(help="Coefficient of friction: limits forces to N >= 0, |T| <= friction * N."),
 ]
 Tolerance = Annotated[
     list[str] | None,
     typer.Option(
         metavar="<path=value>",
-        help="What to allow for, such as 'camera.shift = 0 +/- 0.05 mm'; again for more.",
+        help="What to allow for, such as 'camera.shift = 0 +/- 0.05 mm'; give it again for more.",
     ),
 ]
 Temperature = Annotated[
     str | None,
     typer.Option(
-        help="Of the clear layer, in degrees Celsius, such as 25; or a CSV log of it with the "
-        "columns time_s, temperature_degC, whose times are those of the frames."
+        help="Temperature of the clear layer in degrees Celsius, such as 25; or a CSV log of it "
+        "with the columns time_s, temperature_degC, whose times are those of the frames."
     ),
 ]
 Rate = Annotated[

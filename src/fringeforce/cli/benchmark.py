@@ -27,7 +27,7 @@ def make(
     track: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="<str>", help="One of drawn, built, soft, touch, held; again for more."
+            metavar="<str>", help="One of drawn, built, soft, touch, held; give it again for more."
         ),
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Makes the same frames again.")] = None,
@@ -49,7 +49,9 @@ def make(
 @benchmark.command()
 def score(
     folder: Annotated[Path, typer.Argument(help="Folder that `benchmark make` made.")],
-    answers: Annotated[Path, typer.Argument(help="Folder with drawn.csv and so on.")],
+    answers: Annotated[
+        Path, typer.Argument(help="Folder with a CSV of each track: drawn.csv, ...")
+    ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="JSON to write.")] = None,
 ) -> None:
     """Compare readings of the hidden frames with their truth."""

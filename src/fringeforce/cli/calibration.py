@@ -24,16 +24,17 @@ Parameters = Annotated[
     list[str] | None,
     typer.Option(
         metavar="<str>",
-        help="Estimate this design value, a dotted path, and no others; again for more. Without "
-        "it, all that loads can tell are estimated.",
+        help="Estimate this design value, a dotted path, and no others; give it again for more. "
+        "Without it, all that loads can tell are estimated.",
     ),
 ]
+LOADS = "CSV of known loads with the columns frame, tactel or x_mm, normal_N, tangential_N."
 BESIDE_TACTELS = {
     "pad": "presses lie beside the tactels: read as contacts anywhere",
     "strip": "presses lie beside the tactels, whose forces do not explain them: check with presses "
     "on tactels, or calibrate a design with a skin, which reads contacts anywhere",
 }
-Loads = Annotated[Path, typer.Argument(help="CSV of known loads: frame, tactel, normal_N, ...")]
+Loads = Annotated[Path, typer.Argument(help=LOADS)]
 
 
 def plan(
@@ -92,16 +93,18 @@ def plan(
 def calibrate(
     design: Design,
     frames: Annotated[Path, typer.Option(help="Frames: .h5, .npy, .png or .tiff, a row each.")],
-    loads: Annotated[Path, typer.Option(help="CSV of known loads: frame, tactel, normal_N, ...")],
+    loads: Annotated[Path, typer.Option(help=LOADS)],
     output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
     parameter: Parameters = None,
-    dark: Annotated[Path | None, typer.Option(help="Frames with the light off; of strips.")] = None,
+    dark: Annotated[
+        Path | None, typer.Option(help="Frames with the light off; strips only.")
+    ] = None,
     unloaded: Annotated[
         Path | None, typer.Option(help="Frames without load, polarisers crossed.")
     ] = None,
     bright: Annotated[
         Path | None,
-        typer.Option(help="Frames without load, the analyser turned by 90 degrees; of strips."),
+        typer.Option(help="Frames without load, the analyser turned by 90 degrees; strips only."),
     ] = None,
     fps: Annotated[
         float | None,
@@ -110,15 +113,15 @@ def calibrate(
     aside: Annotated[
         int,
         typer.Option(
-            help="Check the model by frames that it was not fitted to: each 5th loaded frame, or "
-            "each 3rd with 3; 0 checks by none."
+            help="Check the model by loaded frames that it was not fitted to, every fifth if not "
+            "given; 3 takes every third, 0 none."
         ),
     ] = 5,
     columns: Annotated[
         bool,
         typer.Option(
             "--columns",
-            help="Also fit corrections to the columns that no design value explains; of strips.",
+            help="Also fit corrections to the columns that no design value explains; strips only.",
         ),
     ] = False,
     cell_gain: Annotated[

@@ -39,8 +39,8 @@ def simulate(
     forces: Annotated[
         Path,
         typer.Argument(
-            help="CSV of loads: frame, tactel or x_mm, normal_N, tangential_N; a pad: y_mm, "
-            "tangential_x_N, _y_N."
+            help="CSV of loads with the columns frame, tactel or x_mm, normal_N, tangential_N; of "
+            "a pad also y_mm, and tangential_x_N, tangential_y_N."
         ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Frames file to write (HDF5).")],

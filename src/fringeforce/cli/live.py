@@ -73,7 +73,7 @@ def live(
     tolerance: Tolerance = None,
     region: RegionFile = None,
     temperature: Annotated[
-        float | None, typer.Option(help="Of the clear layer, in degrees Celsius.")
+        float | None, typer.Option(help="Temperature of the clear layer in degrees Celsius.")
     ] = None,
 ) -> None:
     """Read a camera live, show the forces, and send them on.

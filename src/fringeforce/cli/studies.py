@@ -48,13 +48,13 @@ def study(
     ),
     load: Annotated[
         float,
-        typer.Option(help="Largest normal force of a tactel: resolution, creep [N]."),
+        typer.Option(help="Largest normal force of a tactel [N], for resolution and creep."),
     ] = 1.0,
     width: Annotated[
         str | None,
         typer.Option(
-            help="Of contacts to which the design gives none, such as '0.5 mm': strain; as the "
-            "cover is thick if not given."
+            help="Width of contacts to which the design gives none, such as '0.5 mm', for the "
+            "question strain; the thickness of the cover if not given."
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of loads and noise.")] = 0,

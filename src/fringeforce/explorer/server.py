@@ -166,7 +166,7 @@ def serve(
         try:
             listener.bind((bind, port))
         except (OSError, OverflowError) as error:
-            reason = getattr(error, "strerror", None) or error
+            reason = getattr(error, "strerror", None) or "ports go from 0 to 65535"
             raise InputError(
                 f"The explorer cannot listen on {bind}, port {port}: {reason}. Choose another "
                 "--port, or leave it out for a free one."
