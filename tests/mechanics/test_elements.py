@@ -8,6 +8,8 @@ from skfem import Basis, ElementQuad2, ElementQuadP, ElementVector, MeshQuad
 from skfem.models.elasticity import linear_elasticity
 
 from fringeforce.mechanics.elements import (
+    each_at,
+    each_from_gauss,
     element_stiffness,
     gauss_interpolation,
     interpolation,
@@ -177,3 +179,25 @@ def test_gauss_points_carry_polynomials_of_one_degree_less_anywhere(order: int) 
     points = np.linspace(-1, 0.5, 31)
     found = gauss_interpolation(order, BREAKS, points) @ function(stations)
     np.testing.assert_allclose(found, function(points), atol=1e-11)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_functions_are_found_each_at_points_of_its_own(order: int) -> None:
+    rng, width = np.random.default_rng(order), np.diff(BREAKS)
+    degree = Polynomial(rng.normal(size=order + 1)), Polynomial(rng.normal(size=order + 1))
+    lower = Polynomial(rng.normal(size=order)), Polynomial(rng.normal(size=order))
+    points = rng.uniform(-1, 0.5, (31, 2))
+    coefficients = np.zeros((order * 3 + 1, 2))
+    for k, function in enumerate(degree):
+        for i, left in enumerate(BREAKS[:-1]):
+            own = function(Polynomial([left, width[i]]))
+            coefficients[i * order : (i + 1) * order + 1, k] = _coefficients(order, own)
+    gauss = (np.polynomial.legendre.leggauss(order)[0] + 1) / 2
+    stations = (BREAKS[:-1, None] + width[:, None] * gauss).ravel()
+    values, slopes = each_at(order, BREAKS, coefficients, points)
+    carried = np.column_stack([function(stations) for function in lower])
+    found = each_from_gauss(order, BREAKS, carried, points)
+    for k in range(2):
+        np.testing.assert_allclose(values[:, k], degree[k](points[:, k]), atol=1e-10)
+        np.testing.assert_allclose(slopes[:, k], degree[k].deriv()(points[:, k]), atol=1e-8)
+        np.testing.assert_allclose(found[:, k], lower[k](points[:, k]), atol=1e-11)

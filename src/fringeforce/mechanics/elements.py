@@ -170,9 +170,63 @@ def gauss_interpolation(order: int, breaks: Array, points: Array) -> csr_array:
         Applied to values at the Gauss points of all elements it gives those at the points.
     """
     element, fraction = located(breaks, points)
+    return _banded(element * order, _from_gauss(order, fraction), order * (len(breaks) - 1))
+
+
+def _from_gauss(order: int, fraction: Array) -> Array:
+    """Weights of an element's values at Gauss points, at places within it, shape (m, order)."""
     at_gauss = legvander(leggauss(order)[0], order - 1)
-    weights = legvander(2 * fraction - 1, order - 1) @ np.linalg.inv(at_gauss)
-    return _banded(element * order, weights, order * (len(breaks) - 1))
+    return legvander(2 * fraction - 1, order - 1) @ np.linalg.inv(at_gauss)
+
+
+def each_at(order: int, breaks: Array, functions: Array, points: Array) -> tuple[Array, Array]:
+    """Values and slopes of functions, each at points of its own.
+
+    Parameters
+    ----------
+    order, breaks
+        Of the line of elements, as of `interpolation`.
+    functions : ndarray, shape (order * e + 1, k)
+        Coefficients of each.
+    points : ndarray, shape (m, k)
+        Where to evaluate each [m].
+
+    Returns
+    -------
+    values, slopes : ndarray, shape (m, k)
+        Slopes per metre.
+    """
+    element, fraction = located(breaks, points)
+    value, slope = (
+        _gathered(functions, element * order, part.reshape(-1, *points.shape))
+        for part in shape_functions(order, fraction.ravel())
+    )
+    return value, slope / np.diff(breaks)[element]
+
+
+def each_from_gauss(order: int, breaks: Array, stations: Array, points: Array) -> Array:
+    """Carry values at Gauss points of functions each to points of its own, shape (m, k).
+
+    Parameters
+    ----------
+    order, breaks
+        As of `gauss_interpolation`.
+    stations : ndarray, shape (order * e, k)
+        Values of each function.
+    points : ndarray, shape (m, k)
+        Where to evaluate each [m].
+    """
+    element, fraction = located(breaks, points)
+    weights = _from_gauss(order, fraction.ravel()).T.reshape(-1, *points.shape)
+    return _gathered(stations, element * order, weights)
+
+
+def _gathered(functions: Array, first: Index, weights: Array) -> Array:
+    """Sums of weights (w, m, k) times what stands in column k from row first (m, k) on."""
+    column, found = np.arange(functions.shape[1]), np.zeros(first.shape)
+    for i, weight in enumerate(weights):
+        found += weight * functions[first + i, column]
+    return found
 
 
 def integrals(order: int, breaks: Array) -> Array:

@@ -26,7 +26,8 @@ from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.condensed import Condensation, Tangent
 from fringeforce.mechanics.elements import (
     along,
-    gauss_interpolation,
+    each_at,
+    each_from_gauss,
     interpolation,
     shape_functions,
 )
@@ -233,32 +234,33 @@ class FiniteStrip:
         mesh, order, points = self.mesh, self.mesh.order, self.mesh.order + 1
         columns, rows = len(mesh.x) - 1, len(mesh.z) - 1
         value, slope = shape_functions(order, self._points[0])
-        flat = [np.kron(a, b).T for a, b in ((slope, value), (value, slope))]  # (points^2, m)
+        # products of two functions at the points of a line, (points, pairs), by what is derived
+        pairs = {
+            (one, other): np.einsum("ap,bp->pab", a, b).reshape(points, -1)
+            for one, a in enumerate((slope, value))
+            for other, b in enumerate((slope, value))
+        }
+        at = moduli.reshape(2, 2, 2, 2, columns, points, rows, points).swapaxes(5, 6)
+        scale = 1 / np.diff(mesh.x)[:, None], 1 / np.diff(mesh.z)
+        both = range(2)
+        k = np.empty((columns * rows, 2, points, points, 2, points, points))
+        along_z = np.concatenate([pairs[1 - one, 1 - other] for one in both for other in both])
         size = points * points
-        shape = (2, 2, 2, 2, columns, points, rows, points)
-        at = moduli.reshape(shape).transpose(4, 6, 0, 1, 2, 3, 5, 7).reshape(-1, 2, 2, 2, 2, size)
-        scale = np.array(
-            [np.repeat(1 / np.diff(mesh.x), rows), np.tile(1 / np.diff(mesh.z), columns)]
-        )
-        # by the derivatives along both directions, stacked
-        both = np.concatenate(flat).T
-        inner = np.empty((columns * rows, 2, size, size))
-        k = np.zeros((columns * rows, 2, size, 2, size))
-        for i in range(2):
+        summed = np.empty((columns * rows, 4, points, size))
+        for i in both:
             for m in range(i + 1):
-                for one in range(2):
-                    first, second = (
-                        at[:, i, one, m, other] * (scale[one] * scale[other])[:, None]
-                        for other in range(2)
-                    )
-                    np.multiply(first[:, :, None], flat[0], out=inner[:, one])
-                    inner[:, one] += second[:, :, None] * flat[1]
-                part = both @ inner.reshape(len(inner), 2 * size, size)
-                k[:, i, :, m] = part
+                for one in both:
+                    for other in both:
+                        own = at[i, one, m, other] * (scale[one] * scale[other])[..., None, None]
+                        first = own.swapaxes(-1, -2).reshape(-1, points) @ pairs[one, other]
+                        summed[:, 2 * one + other] = first.reshape(-1, points, size)
+                part = summed.reshape(-1, 4 * points, size).transpose(0, 2, 1) @ along_z
+                part = part.reshape(-1, *[points] * 4).transpose(0, 1, 3, 2, 4)
+                k[:, i, :, :, m] = part
                 if m < i:
-                    k[:, m, :, i] = part.transpose(0, 2, 1)
+                    k[:, m, :, :, i] = part.transpose(0, 3, 4, 1, 2)
         try:
-            return self._unknowns.factorised(k.reshape(len(k), 2 * size, -1))
+            return self._unknowns.factorised(k.reshape(len(k), 2 * size, 2 * size))
         except LinAlgError:
             raise InputError(FOLDS) from None
 
@@ -334,7 +336,7 @@ class FiniteStrip:
     ) -> Array:
         """Displacements in balance with a load, by steps of it as small as it takes."""
         now, reached = np.zeros(self.shape), 0.0
-        tangent: Tangent | None = None
+        tangent: Tangent | None = self._unloaded
         while reached < 1:
             try:
                 target = load.scaled(min(reached + step, 1.0))
@@ -550,17 +552,15 @@ class FiniteStrip:
         heights, weights = self._line(mesh.z[: self._rows + 1])
         u = along(interpolation(mesh.order, mesh.z, heights)[0], coefficients[0], 1)
         half = self.transducer.length / 2
-        total = np.zeros(len(points))
-        for level, weight in enumerate(weights):
-            place, inside = np.clip(points, -half, half), np.ones(len(points), dtype=bool)
-            for _ in range(3):  # quadratic convergence from strains of a few percent
-                here, rising = interpolation(mesh.order, mesh.x, place)
-                place = place - (place + here @ u[:, level] - points) / (1 + rising @ u[:, level])
-                inside = np.abs(place) <= half * (1 + 1e-9)
-                place = np.clip(place, -half, half)
-            column = gauss_interpolation(mesh.order, mesh.x, place) @ seen[:, level]
-            total += weight * column * inside
-        return total
+        wanted = np.repeat(points[:, None], len(heights), axis=1)
+        place = np.clip(wanted, -half, half)
+        inside = np.ones(place.shape, dtype=bool)
+        for _ in range(3):  # quadratic convergence from strains of a few percent
+            here, rising = each_at(mesh.order, mesh.x, u, place)
+            place = place - (place + here - wanted) / (1 + rising)
+            inside = np.abs(place) <= half * (1 + 1e-9)
+            place = np.clip(place, -half, half)
+        return (each_from_gauss(mesh.order, mesh.x, seen, place) * inside) @ weights
 
     def seen(self, coefficients: Array) -> tuple[Array, Array, Array]:
         """Stress difference by height of the undeformed layer, displacement and strain along x.

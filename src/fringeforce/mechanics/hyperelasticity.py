@@ -20,44 +20,78 @@ from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Layer, Plane
 
 ITERATIONS = 30
-"""Newton steps for the stretch across the strip; four are usual."""
+"""Newton steps for the stretch across the strip; three are usual."""
+LAST = 1e-7
+"""Relative change of that stretch after which none follows: a step leaves about its square."""
 
 
 @dataclass(frozen=True)
 class PlaneResponse:
-    """Energy of deformation gradients in a plane, and its derivatives.
+    """Energy of deformation gradients in a plane, and its derivatives, each when it is asked for.
 
     Attributes
     ----------
-    energy : ndarray, shape (...)
-        Per reference volume [Pa].
-    stress : ndarray, shape (2, 2, ...)
-        First Piola-Kirchhoff stress P, the derivative with respect to F [Pa].
+    material : Hyperelastic
+        What is deformed.
+    gradient : ndarray, shape (2, 2, ...)
+        Deformation gradient F.
     across : ndarray, shape (...)
         Stretch across the strip; 1 in plane strain.
-    stress_across : ndarray, shape (...)
-        Cauchy stress across the strip [Pa]; 0 in plane stress.
-    gradient : ndarray, shape (2, 2, ...)
-        F itself.
-    slope, curve : ndarray, shapes (2, ...) and (2, 2, ...)
-        First and second derivatives of the energy by F:F and det F [Pa].
+    scale : ndarray, shape (...)
+        The volume ratio to the power of -2/3.
+    free : bool
+        Whether nothing pulls across the strip (plane stress), so that the stretch there follows F.
     """
 
-    energy: Array
-    stress: Array
-    across: Array
-    stress_across: Array
+    material: Hyperelastic
     gradient: Array
-    slope: Array
-    curve: Array
+    across: Array
+    scale: Array
+    free: bool
 
     @cached_property
+    def square(self) -> Array:
+        """F:F, shape (...)."""
+        return (self.gradient**2).sum(axis=(0, 1))
+
+    @cached_property
+    def area(self) -> Array:
+        """Area ratio det F, shape (...)."""
+        (a, b), (c, d) = self.gradient
+        return a * d - b * c
+
+    @property
+    def energy(self) -> Array:
+        """Per reference volume, shape (...) [Pa]."""
+        return self.material.energy(self.square, self.area, self.across, self.scale)
+
+    @cached_property
+    def slope(self) -> tuple[Array, Array]:
+        """Derivatives of the energy by F:F and det F, shape (...) each [Pa]."""
+        return self.material.slope(self.square, self.area, self.across, self.scale)
+
+    @property
+    def stress(self) -> Array:
+        """First Piola-Kirchhoff stress P, derivative with respect to F, shape (2, 2, ...) [Pa]."""
+        by_square, by_area = self.slope
+        return 2 * by_square * self.gradient + by_area * _cofactor(self.gradient)
+
+    @property
+    def stress_across(self) -> Array:
+        """Cauchy stress across the strip, shape (...) [Pa]; 0 in plane stress."""
+        if self.free:
+            return np.zeros_like(self.area)
+        t, j, s = self.square, self.area, self.across
+        return self.material.across(t, j, s, self.scale)[0] / j
+
+    @property
     def tangent(self) -> Array:
         """Derivative of P with respect to F, shape (2, 2, 2, 2, ...) [Pa]."""
+        curve = self.material.curve(self.square, self.area, self.across, self.scale, self.free)
         parts = (2 * self.gradient, _cofactor(self.gradient))
-        found = np.zeros((2, 2, 2, 2, *self.energy.shape))
+        found = np.zeros((2, 2, 2, 2, *self.area.shape))
         for m, left in enumerate(parts):
-            right = self.curve[m, 0] * parts[0] + self.curve[m, 1] * parts[1]
+            right = curve[m] * parts[0] + curve[m + 1] * parts[1]
             found += left[:, :, None, None] * right[None, None]
         for i in range(2):
             for k in range(2):
@@ -137,110 +171,107 @@ class Hyperelastic:
                 f"The area ratio of an element falls to {np.min(j):g}; below 0 it is inside out. "
                 "Take smaller loads or wider contacts."
             )
-        across = np.ones_like(j)
-        if plane == "stress":
-            across = self._free_stretch(t, j)
-        energy, slope, curve = self._derivatives(t, j, across)
-        stress_across = slope[2] / j
-        if plane == "stress":  # the stretch follows, so that slope[2] stays 0
-            curve = curve[:2, :2] - curve[:2, None, 2] * curve[None, 2, :2] / curve[2, 2]
-            stress_across = np.zeros_like(j)
-        stress = 2 * slope[0] * gradient + slope[1] * _cofactor(gradient)
-        return PlaneResponse(
-            energy, stress, across, stress_across, gradient, slope[:2], curve[:2, :2]
-        )
+        if plane == "strain":
+            return PlaneResponse(self, gradient, np.ones_like(j), j ** (-2 / 3), free=False)
+        return PlaneResponse(self, gradient, *self._free_stretch(t, j), free=True)
 
-    def _free_stretch(self, t: Array, j: Array) -> Array:
-        """Stretch across at which nothing pulls or presses there."""
+    def _free_stretch(self, t: Array, j: Array) -> tuple[Array, Array]:
+        """Stretch across at which nothing pulls or presses there, and (j s)^(-2/3) with it."""
         # what a material that hardly changes its volume does; the modulus bounds the steps
-        across = j ** -(1 - 2 * self.shear / (3 * self.bulk + 2 * self.shear))
+        s = j ** -(1 - 2 * self.shear / (3 * self.bulk + 2 * self.shear))
         for _ in range(ITERATIONS):
-            slope, curve = self._across(t, j, across)
-            step = np.clip(-slope / np.abs(curve), -across / 2, across)
-            across = across + step
-            if np.max(np.abs(step) / across, initial=0.0) < 1e-12:
-                return across
+            scale = (j * s) ** (-2 / 3)
+            slope, curve = self.across(t, j, s, scale)
+            step = np.clip(-slope / np.abs(curve), -s / 2, s)
+            share = step / s
+            s = s + step
+            if np.max(np.abs(share), initial=0.0) < LAST:
+                return s, scale * (1 - 2 / 3 * share + 5 / 9 * share**2)  # of (1 + share)^(-2/3)
         raise InputError(
             f"No stretch across the strip is free of stress at an area ratio of {np.min(j):g}; "
             "take smaller loads or wider contacts."
         )
 
-    def _powers(self, excess: Array) -> tuple[Array, Array, Array]:
-        """Sum of Ci0 excess^i, and its first and second derivative."""
-        energy, rise, turn = np.zeros((3, *excess.shape))
-        for i, c in enumerate(self.coefficients, 1):
-            energy += c * excess**i
-            rise += i * c * excess ** (i - 1)
-            turn += i * (i - 1) * c * excess ** max(i - 2, 0)
-        return energy, rise, turn
+    def _rise(self, excess: Array) -> Array:
+        """First derivative of the sum of Ci0 excess^i."""
+        found = np.zeros_like(excess)
+        for i, c in reversed([*enumerate(self.coefficients, 1)]):
+            found = found * excess + i * c
+        return found
 
-    def _across(self, t: Array, j: Array, s: Array) -> tuple[Array, Array]:
-        """First and second derivative of W by the stretch across alone, as of `_derivatives`."""
-        square, volume = s**2, j * s
-        scale = volume ** (-2 / 3)
-        first = scale * (t + square)
-        by, twice = (
-            scale * (4 * square - 2 * t) / (3 * s),
-            scale * (10 * t + 4 * square) / (9 * square),
-        )
-        _, rise, turn = self._powers(first - 3)
-        slope, curve = rise * by, rise * twice + turn * by**2
+    def _turn(self, excess: Array) -> Array:
+        """Second derivative of it."""
+        found = np.zeros_like(excess)
+        for i, c in reversed([*enumerate(self.coefficients[1:], 2)]):
+            found = found * excess + i * (i - 1) * c
+        return found
+
+    def energy(self, t: Array, j: Array, s: Array, scale: Array) -> Array:
+        """W of t = F:F and j = det F in a plane, the stretch s across and (j s)^(-2/3) [Pa]."""
+        excess = scale * (t + s**2) - 3
+        found = self.bulk / 2 * (j * s - 1) ** 2
+        for i, c in enumerate(self.coefficients, 1):
+            found = found + c * excess**i
+        return found + self.second * (scale**2 * (s**2 * t + j**2) - 3)
+
+    def slope(self, t: Array, j: Array, s: Array, scale: Array) -> tuple[Array, Array]:
+        """Derivatives of W by t and j; arguments as of `energy`."""
+        first = scale * (t + s**2)
+        rise = self._rise(first - 3)
+        by_t = rise * scale
+        by_j = self.bulk * (j * s - 1) * s - 2 / 3 * rise * first / j
         if self.second:  # (j s)^(-4/3) (s^2 t + j^2)
+            scale, square = self.second * scale**2, s**2
+            by_t = by_t + scale * square
+            by_j = by_j + scale * (2 * j**2 - 4 * square * t) / (3 * j)
+        return by_t, by_j
+
+    def across(self, t: Array, j: Array, s: Array, scale: Array) -> tuple[Array, Array]:
+        """First and second derivative of W by s alone; arguments as of `energy`."""
+        square, volume = s**2, j * s
+        first = scale * (t + square)
+        by = scale * (4 * square - 2 * t) / (3 * s)
+        twice = scale * (10 * t + 4 * square) / (9 * square)
+        rise = self._rise(first - 3)
+        slope, curve = rise * by, rise * twice
+        if len(self.coefficients) > 1:
+            curve = curve + self._turn(first - 3) * by**2
+        if self.second:
             scale = self.second * scale**2
-            slope += scale * (2 * square * t - 4 * j**2) / (3 * s)
-            curve += scale * (28 * j**2 - 2 * square * t) / (9 * square)
+            slope = slope + scale * (2 * square * t - 4 * j**2) / (3 * s)
+            curve = curve + scale * (28 * j**2 - 2 * square * t) / (9 * square)
         return slope + self.bulk * j * (volume - 1), curve + self.bulk * j**2
 
-    def _derivatives(self, t: Array, j: Array, s: Array) -> tuple[Array, Array, Array]:
-        """W and its derivatives by t = F:F, j = det F and the stretch s across, of a plane F."""
-        zero, one = np.zeros_like(t), np.ones_like(t)
-        first = _isochoric(
-            t + s**2,
-            [one, zero, 2 * s],
-            [[zero, zero, zero], [zero, zero, zero], [zero, zero, 2 * one]],
-            -2 / 3,
-            j,
-            s,
-        )
-        energy, rise, turn = self._powers(first[0] - 3)
-        energy = energy + self.bulk / 2 * (j * s - 1) ** 2
-        slope = rise * first[1]
-        curve = rise * first[2] + turn * first[1][:, None] * first[1][None]
+    def curve(
+        self, t: Array, j: Array, s: Array, scale: Array, free: bool
+    ) -> tuple[Array, Array, Array]:
+        """Second derivatives of W by t, by t and j, and by j; arguments as of `energy`.
+
+        Where the stretch across is free, those of the energy that it leaves.
+        """
+        square = s**2
+        first = scale * (t + square)
+        rise, turn = self._rise(first - 3), self._turn(first - 3)
+        by_j, by_s = -2 / 3 * first / j, scale * (4 * square - 2 * t) / (3 * s)
+        tt = turn * scale**2
+        tj = turn * scale * by_j - 2 / 3 * rise * scale / j
+        jj = turn * by_j**2 + 10 / 9 * rise * first / j**2 + self.bulk * square
+        other = self.second * scale**2
         if self.second:
-            other = _isochoric(
-                s**2 * t + j**2,
-                [s**2, 2 * j, 2 * s * t],
-                [[zero, zero, 2 * s], [zero, 2 * one, zero], [2 * s, zero, 2 * t]],
-                -4 / 3,
-                j,
-                s,
-            )
-            energy = energy + self.second * (other[0] - 3)
-            slope, curve = slope + self.second * other[1], curve + self.second * other[2]
-        pressure = self.bulk * (j * s - 1)
-        volume = np.array([zero, s, j])
-        slope = slope + pressure * volume
-        curve = curve + self.bulk * volume[:, None] * volume[None]
-        curve[1, 2] += pressure
-        curve[2, 1] += pressure
-        return energy, slope, curve
+            tj = tj - 4 / 3 * other * square / j
+            jj = jj + other * (28 * square * t / j**2 - 2) / 9
+        if not free:
+            return tt, tj, jj
+        ts = turn * scale * by_s - 2 / 3 * rise * scale / s
+        js = turn * by_j * by_s - 2 / 3 * rise * by_s / j + self.bulk * (2 * j * s - 1)
+        if self.second:
+            ts = ts + 2 / 3 * other * s
+            js = js - 8 / 9 * other * (j**2 + square * t) / (j * s)
+        ss = self.across(t, j, s, scale)[1]
+        return tt - ts**2 / ss, tj - ts * js / ss, jj - js**2 / ss
 
 
 def _cofactor(gradient: Array) -> Array:
     """Derivative of det F with respect to F, shape (2, 2, ...)."""
     (a, b), (c, d) = gradient
     return np.array([[d, -c], [-b, a]])
-
-
-def _isochoric(
-    value: Array, slope: list[Array], curve: list[list[Array]], power: float, j: Array, s: Array
-) -> tuple[Array, Array, Array]:
-    """(j s)^power times a function of (t, j, s), with first and second derivatives."""
-    d, dd = np.array(slope), np.array(curve)
-    log = power * np.array([np.zeros_like(j), 1 / j, 1 / s])
-    scale = (j * s) ** power
-    bend = log[:, None] * log[None]
-    for k in (1, 2):
-        bend[k, k] -= log[k] ** 2 / power
-    mixed = log[:, None] * d[None] + d[:, None] * log[None]
-    return scale * value, scale * (d + value * log), scale * (dd + mixed + value * bend)
