@@ -65,6 +65,25 @@ def test_internal_forces_are_the_gradient_of_the_energy(
 
 @lawful
 @planes
+def test_the_second_order_of_internal_forces_is_what_both_signs_of_small_moves_share(
+    sensor: ff.Sensor, law: dict[str, Any], plane: Plane
+) -> None:
+    strip = _strip(sensor, order=3, plane=plane, compliant=law, photoelastic=law)
+    state = strip.linear(
+        strip.on_surface(strip.at_rest(strip.load(np.array([[0.8, 0.2], [0, 1]]))))
+    )
+    small = 0.02 * state
+    even, less = (
+        (strip.internal_forces(share * small) + strip.internal_forces(-share * small)) / share**2
+        for share in (1.0, 0.5)
+    )
+    expected = (4 * less - even) / 6  # without the fourth order
+    found = strip.quadratic_forces(small)
+    np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max())
+
+
+@lawful
+@planes
 def test_the_tangent_of_a_strip_is_the_derivative_of_its_internal_forces(
     sensor: ff.Sensor, law: dict[str, Any], plane: Plane
 ) -> None:

@@ -192,11 +192,22 @@ class FiniteStrip:
         return self._line(self.mesh.z[: self._rows + 1])[1]
 
     def _responses(self, gradients: Array) -> tuple[PlaneResponse, PlaneResponse]:
-        cut, plane = self._rows * (self.mesh.order + 1), self.transducer.plane
+        return self._responses_of(*np.split(gradients, [self._cut], axis=-1))
+
+    def _responses_of(
+        self, photoelastic: Array, compliant: Array
+    ) -> tuple[PlaneResponse, PlaneResponse]:
+        """Responses of the layers to gradients, each to its own."""
+        plane = self.transducer.plane
         return (
-            self.photoelastic.plane(gradients[..., :cut], plane),
-            self.compliant.plane(gradients[..., cut:], plane),
+            self.photoelastic.plane(photoelastic, plane),
+            self.compliant.plane(compliant, plane),
         )
+
+    @cached_property
+    def _cut(self) -> int:
+        """Gauss heights of the photoelastic layer."""
+        return self._rows * (self.mesh.order + 1)
 
     def energy(self, coefficients: Array) -> float:
         """Strain energy of displacements [J]."""
@@ -208,9 +219,36 @@ class FiniteStrip:
         """Derivative of the energy with respect to every coefficient, of their shape [N]."""
         return self._forces(self._responses(self.gradients(coefficients)))
 
+    def quadratic_forces(self, coefficients: Array) -> Array:
+        """Second order of `internal_forces` in displacements, of their shape [N]."""
+        tilts = self.gradients(coefficients) - np.eye(2)[:, :, None, None]
+        tilts = tilts.reshape(4, *self._weights.shape)
+        layers = zip(self._bends, np.split(tilts, [self._cut], axis=-1), strict=True)
+        stress = [(np.tensordot(bend, own, 1) * own).sum(axis=1) / 2 for bend, own in layers]
+        return self._balancing(np.concatenate(stress, axis=-1).reshape(2, 2, *self._weights.shape))
+
+    @cached_property
+    def _bends(self) -> tuple[Array, Array]:
+        """Derivative of the tangent without load, of the photoelastic and the other layer [Pa].
+
+        By the entries of deformation gradients, row by row, shape (4, 4, 4).
+        """
+        ways = TILT * np.eye(4).reshape(2, 2, 4)
+        tilted = [np.eye(2)[:, :, None] + sign * ways for sign in (1, -1)]
+        ahead, behind = (self._responses_of(one, one) for one in tilted)
+        photoelastic, compliant = (
+            (one.tangent - other.tangent).reshape(4, 4, 4) / (2 * TILT)
+            for one, other in zip(ahead, behind, strict=True)
+        )
+        return photoelastic, compliant
+
     def _forces(self, parts: tuple[PlaneResponse, PlaneResponse]) -> Array:
         """Internal forces of responses of both layers."""
-        stress = np.concatenate([part.stress for part in parts], axis=-1) * self._weights
+        return self._balancing(np.concatenate([part.stress for part in parts], axis=-1))
+
+    def _balancing(self, stress: Array) -> Array:
+        """Internal forces of a first Piola-Kirchhoff stress at the Gauss points."""
+        stress = stress * self._weights
         vx, sx, vz, sz = self._onto_coefficients
         return np.array(
             [

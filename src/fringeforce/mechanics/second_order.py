@@ -70,12 +70,13 @@ class Expansion:
         first = np.zeros((len(strip.mesh.stations), count))
         found = np.zeros((*first.shape, count))
         for i in range(count):
-            for j in range(i + 1):
-                pair = [i] if i == j else [i, j]
-                once, twice = orders(strip, units[pair].sum(axis=0), forces[pair].sum(axis=0))
-                found[:, i, j] = twice
-                if i == j:
-                    first[:, i] = once
+            others = np.arange(i)  # a force alone comes last
+            once, found[:, i, : i + 1] = orders(
+                strip,
+                np.concatenate([units[others] + units[i], units[i : i + 1]]),
+                np.concatenate([forces[others] + forces[i], forces[i : i + 1]]),
+            )
+            first[:, i] = once[:, -1]
         own = np.einsum("mii->mi", found).copy()
         for i in range(count):
             for j in range(i):
@@ -102,33 +103,43 @@ def expansion(strip: FiniteStrip) -> Expansion:
     return Expansion.of(strip)
 
 
-def orders(strip: FiniteStrip, unit: Array, forces: Array) -> tuple[Array, Array]:
-    """First and second order of the stress along one direction of the forces.
+def orders(strip: FiniteStrip, units: Array, forces: Array) -> tuple[Array, Array]:
+    """First and second order of the stress along directions of the forces.
 
     Parameters
     ----------
     strip : FiniteStrip
         Of n patches.
-    unit : ndarray
+    units : ndarray, shape (k, ...)
         Displacements of small strain under the forces [m/N].
-    forces : ndarray, shape (n, 2)
-        The direction.
+    forces : ndarray, shape (k, n, 2)
+        The directions.
 
     Returns
     -------
-    first, second : ndarray, shape (M,)
+    first, second : ndarray, shape (M, k)
         At the mesh's stations [Pa m / N, Pa m / N^2].
     """
-    small, load, weights = SMALL * unit, strip.load(SMALL * forces), strip.layer_weights
-    # both signs of a displacement leave the even orders alone
-    inside = (strip.internal_forces(small) + strip.internal_forces(-small)) / 2
-    outside = (load.nodal(small[..., -1]) - load.nodal(-small[..., -1])) / 2
-    second = strip.linear(strip.on_surface(outside) - inside)
-    (plus, u, rise), (minus, _, _) = strip.seen(small + second), strip.seen(second - small)
-    first = (plus - minus) / 2
-    direct = ((plus + minus) / 2 + first * rise) @ weights
-    carried = CubicSpline(strip.mesh.stations, (first * u) @ weights).derivative()
-    return first @ weights / SMALL, (direct - carried(strip.mesh.stations)) / SMALL**2
+    small, weights = SMALL * units, strip.layer_weights
+    left = [_unbalanced(strip, *one) for one in zip(small, forces, strict=True)]
+    bent = strip.linear(np.array(left))
+    first, second = np.empty((2, len(strip.mesh.stations), len(units)))
+    for k, (one, twice) in enumerate(zip(small, bent, strict=True)):
+        (plus, u, rise), (minus, _, _) = strip.seen(one + twice), strip.seen(twice - one)
+        odd = (plus - minus) / 2
+        direct = ((plus + minus) / 2 + odd * rise) @ weights
+        carried = CubicSpline(strip.mesh.stations, (odd * u) @ weights).derivative()
+        first[:, k] = odd @ weights / SMALL
+        second[:, k] = (direct - carried(strip.mesh.stations)) / SMALL**2
+    return first, second
+
+
+def _unbalanced(strip: FiniteStrip, small: Array, forces: Array) -> Array:
+    """Second order of what small displacements under forces leave out of balance [N]."""
+    load, inside = strip.load(SMALL * forces), strip.quadratic_forces(small)
+    if not load.follows:
+        return -inside
+    return strip.on_surface(load.changed(np.zeros(strip.shape[:2]), small[..., -1])) - inside
 
 
 def resolved_share(transducer: Transducer, width: float, order: int) -> float:
@@ -160,6 +171,6 @@ def _pressed(transducer: Transducer, width: float, order: int, share: float) -> 
     force = PRESSED * transducer.compliant.youngs_modulus * width * transducer.width
     forces = np.array([[force, SHEARED * force]])
     unit = strip.linear(strip.on_surface(strip.at_rest(strip.load(forces))))
-    first, second = orders(strip, unit, forces)
+    first, second = orders(strip, unit[None], forces[None])
     x = np.linspace(-0.25, 0.25, PLACES) * transducer.length
-    return CubicSpline(strip.mesh.stations, second)(x), float(np.abs(first).max())
+    return CubicSpline(strip.mesh.stations, second[:, 0])(x), float(np.abs(first).max())
