@@ -58,11 +58,23 @@ def test_what_large_strain_does_not_know_is_refused(sensor: ff.Sensor) -> None:
         sensor.replace(**{"transducer.strain": "finite"})
     with pytest.raises(DesignError, match='take strain = "finite", or leave loads out'):
         sensor.replace(**{"transducer.loads": "follower"})
+    skin = ff.load_sensor("soft-skin")
+    with pytest.raises(DesignError, match='solved in a plane, not with plane = "3d"'):
+        skin.replace(**{"transducer.plane": "3d"})
     model = _model(sensor)
     with pytest.raises(InputError, match="width"):
         model.phase([ff.Press(x=0.0, normal=1.0)], strain="finite")
     with pytest.raises(InputError, match="as built"):
         model.expose(ff.polar(0.5, 10, n=11), as_built=0, strain="finite")
+
+
+@pytest.mark.parametrize("loads", ["dead", "follower"])
+def test_loads_beyond_the_last_stable_state_are_named_by_their_frame(loads: str) -> None:
+    skin = ff.load_sensor("soft-skin").replace(**{"transducer.loads": loads})
+    touches = [[ff.Press(x=0.0, normal=n, width=3e-4)] for n in (0.02, 1.0)]
+    words = {"dead": "folds under them", "follower": r"beyond \d+% of these loads"}
+    with pytest.raises(InputError, match=rf"Frame 1 \(the first is 0\): .*{words[loads]}"):
+        ff.characterize(skin).phase(touches)
 
 
 @pytest.fixture(scope="module", params=["dead", "follower"])

@@ -56,6 +56,7 @@ def test_the_quick_check_of_the_plane_agrees_with_fine_elements(
         ("saad", 6e-3, "3d", "good for any width"),
         ("skin", 200e-3, "stress", 'take plane = "strain"'),
         ("skin", 6e-3, "stress", 'poor; take plane = "3d"'),
+        ("soft-skin", 12e-3, "stress", "poor; calibrate, for large strain is solved in a plane"),
     ],
 )
 def test_a_poor_plane_is_told_and_a_better_one(

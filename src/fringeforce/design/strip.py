@@ -344,10 +344,15 @@ class Sensor(Design):
                 "matrix says what a force does; leave them out"
             )
         wide = tactels.contact_width or info.data.get("skin") is not None
-        if transducer.strain == "finite" and not (transducer.solved_in_a_plane and wide):
+        if transducer.strain == "finite" and not transducer.solved_in_a_plane:
             raise ValueError(
-                'strain = "finite" takes plane = "stress" or "strain" and contacts of some width, '
-                "for under a line strain has no bound; give tactels.contact_width, or a skin"
+                f'strain = "finite" is solved in a plane, not with plane = "{transducer.plane}"; '
+                'take plane = "stress" or "strain", or strain = "linear"'
+            )
+        if transducer.strain == "finite" and not wide:
+            raise ValueError(
+                'strain = "finite" takes contacts of some width, for under a line strain has no '
+                "bound; give tactels.contact_width, or a skin"
             )
         centres = tactels.positions + tactels.placement
         outermost = np.abs(centres).max() + tactels.contact_width / 2

@@ -381,10 +381,10 @@ class FiniteStrip:
                 now, tangent = self._balanced(now, target, tangent)
             except SurfaceFoldError:
                 raise
-            except InputError:
+            except InputError as error:
                 step, tangent = step / 2, None
                 if step < smallest:
-                    raise
+                    raise InputError(_end(reached)) from error
                 continue
             reached += step
         return now
@@ -691,6 +691,14 @@ class FiniteStrip:
             own = turned[..., k] - rising * carried[..., k]
             found += weight * CubicSpline(place, own, axis=1)(x).T
         return found
+
+
+def _end(share: float) -> str:
+    """That no stable state was found beyond a share of loads."""
+    return (
+        f"No stable state of the strip was found beyond {share:.0%} of these loads: its surface "
+        "folds. Take smaller loads or wider contacts."
+    )
 
 
 def finite_strip(

@@ -110,8 +110,21 @@ def finite_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
     """
     strip = strip_of_tactels(sensor)
     loads = forces.reshape(-1, *forces.shape[-2:])
-    found = np.array([phase_of(sensor, strip, x, strip.solved(one)) for one in loads])
+    found = _of_frames(lambda one: phase_of(sensor, strip, x, strip.solved(one)), list(loads))
     return found.reshape(*forces.shape[:-2], len(x))
+
+
+def _of_frames(phase: Callable[[Any], Array], frames: Sequence[Any]) -> Array:
+    """Phases of frames, shape (F, m) [rad]; what one of several cannot bear names the frame."""
+    found = list[Array]()
+    for number, one in enumerate(frames):
+        try:
+            found.append(phase(one))
+        except InputError as error:
+            if len(frames) == 1:
+                raise
+            raise InputError(f"Frame {number} (the first is 0): {error}") from error
+    return np.array(found)
 
 
 def phase_of(sensor: Sensor, strip: FiniteStrip, x: Array, moved: Array) -> Array:
@@ -167,7 +180,7 @@ def strain_phase(sensor: Sensor, x: Array, forces: Array) -> Array:
     """What large strain adds to the phase under forces on tactels; parameters as `finite_phase`."""
     strip = strip_of_tactels(sensor)
     loads = forces.reshape(-1, *forces.shape[-2:])
-    found = np.array([added_phase(sensor, strip, x, one) for one in loads])
+    found = _of_frames(lambda one: added_phase(sensor, strip, x, one), list(loads))
     return found.reshape(*forces.shape[:-2], len(x))
 
 
@@ -316,7 +329,7 @@ def finite_press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Arra
     That of small strain, and what large strain adds on elements for the contacts.
     """
     if len(presses) and not isinstance(presses[0], Press):
-        return np.array([finite_press_phase(sensor, x, one) for one in presses])
+        return _of_frames(lambda one: finite_press_phase(sensor, x, one), presses)
     if not len(presses):
         return np.zeros(len(x))
     acting = [tractions(sensor, press) for press in presses]

@@ -68,6 +68,11 @@ class PlaneCheck:
             return f"{said}, good enough"
         if self.away[best] <= GOOD_PLANE:
             return f'{said}; take plane = "{best}", {_percent(self.away[best])} off'
+        if self.sensor.transducer.strain == "finite":
+            return (
+                f"{said}, which is poor; calibrate, for large strain is solved in a plane, or take "
+                'strain = "linear" and plane = "3d"'
+            )
         return f'{said}, which is poor; take plane = "3d"'
 
 

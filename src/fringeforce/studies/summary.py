@@ -258,9 +258,13 @@ def _strain(model: SensorModel | PadModel) -> tuple[str, str]:
     error = float(strain_error(sensor).max())
     missed = f"{1e2 * error:.2g} % of the largest force at 1 N, root mean square, to second order"
     if sensor.transducer.strain == "finite":
-        if isinstance(sensor, Sensor) and sensor.transducer.loads == "follower":
-            missed += ", of loads that follow the surface"
-        return "what linear theory misses", f'{missed}; strain = "finite" reads with it'
+        if not isinstance(sensor, Sensor):
+            taken = "deviations of readings allow for it"
+        else:
+            taken = "readings take it into account"
+            if sensor.transducer.loads == "follower":
+                missed += ", of loads that follow the surface"
+        return "what linear theory misses", f'{missed}; {taken}, by strain = "finite"'
     judged = _judged(error, MISSED, 1e2, " %")
     return "what linear theory misses", f"{missed}: {judged}, reached at {MISSED / error:.3g} N"
 
