@@ -323,3 +323,18 @@ def test_frames_that_two_loads_explain_settle_as_more_of_them_come() -> None:
     assert ff.Status.AMBIGUOUS in first
     assert last.count(ff.Status.OK) > first.count(ff.Status.OK)
     assert last.count(ff.Status.OK) >= 5
+
+
+def test_a_part_of_a_recording_that_fails_ends_the_others(model: ff.SensorModel) -> None:
+    """Which would read half of the frames each; so it is where Ctrl-C ends the wait for them."""
+    loads = np.random.default_rng(5).uniform(0.1, 1.0, (1024, 11, 2)) * [1.0, 0.2]
+    frames, done = model.expose(loads, rng=5), list[int]()
+
+    def told(count: int) -> None:
+        done.append(count)
+        if len(done) == 1:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        ff.Reader(model).read_batch(frames, covariance=False, workers=2, progress=told)
+    assert sum(done) < 512

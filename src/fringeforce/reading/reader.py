@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from functools import cached_property
 from itertools import repeat
 from weakref import WeakSet
@@ -404,15 +404,27 @@ class Reader:
         count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST_PART))
         ends = np.linspace(0, len(levels), count + 1).astype(int)
         parts = [slice(*ends[i : i + 2]) for i in range(count)]
+        ended = threading.Event()
+
+        def told(frames: int) -> None:
+            if ended.is_set():
+                raise CancelledError
+            if progress is not None:
+                progress(frames)
+
         with ThreadPoolExecutor(count) as pool:
-            jobs = [
-                pool.submit(
-                    self._follow(self._single).read_on, levels[rows], used, batch[rows], progress
-                )
-                for rows in parts
-            ]
-            for job in jobs:
-                job.result()
+            try:
+                jobs = [
+                    pool.submit(
+                        self._follow(self._single).read_on, levels[rows], used, batch[rows], told
+                    )
+                    for rows in parts
+                ]
+                for job in as_completed(jobs):
+                    job.result()
+            except BaseException:  # such as Ctrl-C: the pool waits for frames that are begun
+                ended.set()
+                raise
         if scales is not None:
             scale_batch(batch, *scales)
         if creep is not None:

@@ -152,29 +152,36 @@ class StripFollower(Follower):
             block, result = levels[first : first + BLOCK], batch[first : first + BLOCK]
             bad, done = single.suspicious(block, used), 0
             while done < len(block):
-                ahead = int(bad[done:].argmax()) if bad[done:].any() else len(block) - done
-                begun = self._look(used)
-                if begun is not None and ahead:
-                    count = self._follow(block[done : done + ahead], used, room)
-                    if self._from_one:
-                        for row in range(done, done + count):
-                            result.store(row, single.alone(block[row], used))
-                    else:
-                        self._store(room[:count], result[done : done + count], begun)
-                        last = done + count - 1
-                        if count and self._departs(block[last], used, count):
-                            result.store(last, single.alone(block[last], used))
-                    done += count
-                    if self._filter is not None and done < len(block) and not bad[done]:
-                        continue
-                if done < len(block):
-                    checked = single.checked(block[done].reshape(single.model.frame_shape), used)
-                    if not isinstance(checked, Reading):
-                        checked = self._read_alone(checked, used)
-                    result.store(done, checked)
-                    done += 1
-            if progress is not None:
-                progress(len(block))
+                count = self._read_some(block[done:], used, bad[done:], result[done:], room)
+                done += count
+                if progress is not None:
+                    progress(count)
+
+    def _read_some(
+        self, levels: NDArray[Any], used: Mask, bad: Mask, result: Batch, room: Followed
+    ) -> int:
+        """Fill in the readings of frames that follow, or of one that is searched; how many."""
+        single, done = self._single, 0
+        ahead = int(bad.argmax()) if bad.any() else len(levels)
+        begun = self._look(used)
+        if begun is not None and ahead:
+            done = self._follow(levels[:ahead], used, room)
+            if self._from_one:
+                for row in range(done):
+                    result.store(row, single.alone(levels[row], used))
+            else:
+                self._store(room[:done], result[:done], begun)
+                if done and self._departs(levels[done - 1], used, done):
+                    result.store(done - 1, single.alone(levels[done - 1], used))
+            if self._filter is not None and done < len(levels) and not bad[done]:
+                return done
+        if done < len(levels):
+            checked = single.checked(levels[done].reshape(single.model.frame_shape), used)
+            if not isinstance(checked, Reading):
+                checked = self._read_alone(checked, used)
+            result.store(done, checked)
+            done += 1
+        return done
 
     def _departs(self, levels: NDArray[Any], used: Mask, count: int) -> bool:
         """Whether the last of some frames that followed shows a departure; then it is forgotten."""
