@@ -3,6 +3,11 @@
 Light, residual and the camera's place change; layers and materials do not.  All of them are modes
 beside those that the calibration left uncertain, and every frame adds what it tells of them once
 its own unknowns are eliminated.
+
+A residual that is like the phase of loads, the same in every frame, is told from unknown loads by
+its smoothness alone, and how smooth it is nobody knows beforehand: what follows from several
+correlation lengths is averaged, each with the probability that the frames give it (Hoeting,
+Madigan, Raftery and Volinsky, Statistical Science 14, 382-417, 1999).
 """
 
 from __future__ import annotations
@@ -36,15 +41,21 @@ from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.pad import PadModel
 from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import DRIFTS, uncertainty
+from fringeforce.models.uncertainty import DRIFTS, SMALLEST, uncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
 
 CAMERA = "camera.shift", "camera.scale"
-UNEVEN = "camera.unevenness"
+UNEVEN, LENGTH = "camera.unevenness", "polariscope.residual_length"
 STRENGTHS = np.linspace(-3, 3, 25)
 """Strengths of the effect that are tried for a frame of known loads, in standard deviations."""
 ATTEMPTS = 8
 """Starts of the search of a frame that is not explained."""
+SHORTER = 0.5**0.5
+"""Factor between correlation lengths of the residual that are tried: fields of one between pass for
+those of its neighbours, which they do not at a factor of two."""
+UNLIKELY = 1e-3
+"""Probability of a correlation length, over that of the likeliest, below which it is left out, and
+shorter ones are not tried."""
 
 
 @overload
@@ -88,8 +99,10 @@ def update(
     The calibration is the prior; light, residual and the camera's shift and scale may have drifted
     from it, and of several channels the light of each and cross-talk that there is.  Unloaded
     frames tell of the residual and of darkness; frames under unknown loads tell of all, as loads of
-    many frames fit one sensor.  How large forces are, known loads alone tell: they find the scale
-    of a given matrix that states a tolerance of it, and stay out of what a calibration found.
+    many frames fit one sensor.  Of a strip the residual may be rougher than `residual_length` says,
+    down to the thickness of the cover, as far as frames make that likely.  How large forces
+    are, known loads alone tell: they find the scale of a given matrix that states a tolerance
+    of it, and stay out of what a calibration found.
 
     Parameters
     ----------
@@ -162,8 +175,9 @@ def _updated_strip(
     signed = True
     if unloaded:
         state, signed = _of_likelier_sign(state)
+    states = _of_lengths(state)
     report("Done", ROUNDS, ROUNDS)
-    return _updated(model, state, signed)
+    return _updated(model, _Found.of(states), signed)
 
 
 UPDATED: Mapping[str, Any] = {"strip": _updated_strip, "pad": updated_pad}
@@ -189,6 +203,40 @@ def _of_likelier_sign(state: _State) -> tuple[_State, bool]:
             break
         state = best
     return state, signed
+
+
+def _of_lengths(state: _State) -> list[_State]:
+    """The same under shorter and shorter correlation lengths of the residual, as far as likely.
+
+    Down to the thickness of the cover: no stress of casting and bonding varies faster.
+    """
+    found, thickness = [state], state.origin.sensor.transducer.compliant.thickness
+    while RESIDUAL in state.rows.names and SHORTER * found[-1].residual_length >= thickness:
+        shorter = found[-1].with_residual_length(SHORTER * found[-1].residual_length)
+        any(shorter.improve() for _ in range(ROUNDS))
+        found.append(shorter)
+        weights = _probabilities(found)
+        if weights[-1] < UNLIKELY * weights.max():
+            break
+    return found
+
+
+def _probabilities(states: list[_State]) -> Array:
+    """Probabilities of models that are as likely before the frames, by Laplace's approximation.
+
+    Parameters
+    ----------
+    states : list of _State, length k
+        Of the same frames; those count that all of them explain.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+    """
+    common = np.all([one.readable for one in states], axis=0)
+    losses = np.array([one.evidence_loss(common) for one in states])
+    weights = np.exp((losses.min() - losses) / 2)
+    return np.asarray(weights / weights.sum())
 
 
 def _begun(model: Any) -> Any:
@@ -440,6 +488,36 @@ class _Rows(NamedTuple):
         moved = with_values(model.sensor, self.found_shares(model.sensor, shared))
         return replace(model, sensor=moved, psi=psi, imaging=seen)
 
+    def nearest(self, others: _Rows, shared: Array) -> Array:
+        """The unknowns that change nearly what those of others do, of as many modes or not."""
+        own, theirs = (
+            np.array([name == RESIDUAL for name in rows.names]) for rows in (self, others)
+        )
+        found = np.zeros(len(self.names))
+        found[~own] = shared[~theirs]
+        found[own] = _as_modes(self.fields[own], shared @ others.fields)
+        return found
+
+    def with_fields(self, fields: Array) -> _Rows:
+        """The same with other modes of the residual, shape (r, P), which no frame has."""
+        own = np.array([name == RESIDUAL for name in self.names])
+        first, last = int(np.argmax(own)), int(own.sum()) + int(np.argmax(own))
+
+        def among(rows: Array, new: Array | None = None) -> Array:
+            more = np.zeros((len(fields), *rows.shape[1:])) if new is None else new
+            return np.concatenate([rows[:first], more, rows[last:]])
+
+        return self._replace(
+            names=(*self.names[:first], *[RESIDUAL] * len(fields), *self.names[last:]),
+            where=np.empty(0, dtype=np.int64),
+            brightness=among(self.brightness),
+            darkness=among(self.darkness),
+            fields=among(self.fields, fields),
+            camera=among(self.camera),
+            shares=among(self.shares),
+            design=among(self.design),
+        )
+
     def found_shares(self, sensor: Sensor, shared: Array) -> dict[str, float]:
         """Cross-talk of a design after such a drift, by path; perhaps shares below zero."""
         pairs = pairs_of_channels(len(sensor.polariscope.pictures)).items()
@@ -466,6 +544,8 @@ class _State:
         self.shared = np.zeros(len(self.rows.where)) if shared is None else shared
         self.information = np.eye(len(self.shared))
         self.explained = np.zeros(len(levels), dtype=bool)
+        self.readable = np.zeros(len(levels), dtype=bool)
+        self.parts, self.lost = np.zeros(len(levels)), 0.0
         self.loss, self.near = np.inf, shared is not None
         self.best = np.inf, self.shared
 
@@ -482,10 +562,14 @@ class _State:
         has the gradient g - (1 + K) d where the model is.
         """
         reader = StripFrameReader(self.model)
-        rows = self.rows = self.rows.anew(reader)
+        earlier, rows = self.rows, self.rows.anew(reader)
+        if len(rows.names) != len(earlier.names):  # as many modes as count where the camera looks
+            self.shared = rows.nearest(earlier, self.shared)
+            self.best = np.inf, self.shared
+        self.rows = rows
         unity = np.eye(len(self.shared))
         self.information, slope = unity.copy(), self.shared.copy()
-        self.loss = float(self.shared @ self.shared)
+        self.loss = self.lost = float(self.shared @ self.shared)
         for number, frame in enumerate(self.levels):
             posterior, top = self._found(reader, number, frame)
             readable = top.square <= square_limit(top.count)
@@ -493,6 +577,7 @@ class _State:
                 top = self._pinned(posterior, top)
             self.explained[number] = top.square <= square_limit(top.count)
             self.loss += top.loss
+            self.readable[number] = readable
             if not readable:
                 continue
             about = posterior.linearised(top)
@@ -501,6 +586,8 @@ class _State:
             cross = hessian[np.ix_(own, rows.where)]
             response = np.linalg.solve(hessian[np.ix_(own, own)], cross)
             told = hessian[np.ix_(rows.where, rows.where)] - unity - cross.T @ response
+            volume = np.linalg.slogdet(hessian[np.ix_(own, own)])[1]
+            self.parts[number] = top.loss + volume - np.log(posterior.prior.precision[own]).sum()
             self.information += told
             slope += about.gradient[rows.where] - response.T @ about.gradient[own]
             slope -= (told + unity) @ top.unknowns[rows.where]
@@ -516,6 +603,26 @@ class _State:
         short = bool(np.sqrt(step @ self.information @ step) < SETTLED)
         self.near, before = True, self.near
         return before and short
+
+    @property
+    def residual_length(self) -> float:
+        """Correlation length that the residual has here [m]."""
+        return float(self.origin.sensor.polariscope.residual_length)
+
+    def evidence_loss(self, frames: Mask) -> float:
+        """Twice the negative logarithm of the probability of some frames, less a constant.
+
+        All unknowns are integrated out (MacKay, Neural Computation 4, 415-447, 1992).
+        """
+        volume = float(np.linalg.slogdet(self.information)[1])
+        return self.lost + volume + float(self.parts[frames].sum())
+
+    def with_residual_length(self, length: float) -> _State:
+        """The same frames about the same drift, whose residual has another correlation length."""
+        sensor = with_values(self.origin.sensor, {LENGTH: length})
+        other = _State(replace(self.origin, sensor=sensor), self.levels, self.loads)
+        shared = other.rows.nearest(self.rows, self.shared)
+        return _State(other.origin, self.levels, self.loads, shared)
 
     def _pinned(self, posterior: Posterior, top: Top) -> Top:
         """What explains a frame best without any drift of its own."""
@@ -540,11 +647,8 @@ class _State:
         for own in (seen, *(seen[k : k + 1] for k in range(len(seen) if len(seen) > 1 else 0))):
             turned = -2 * imaging.residual * np.isin(stretch, own)
             field = np.flatnonzero(rows.any(axis=1))
-            known = rows[np.ix_(field, used)]
-            # as near as the modes come, to a hundredth of a radian
-            gram = known @ known.T + 1e-4 * used.sum() * np.eye(len(field))
             shared = self.shared.copy()
-            shared[field] += np.linalg.solve(gram, known @ turned[used])
+            shared[field] += _as_modes(rows[np.ix_(field, used)], turned[used])
             yield shared
 
     def _found(self, reader: StripFrameReader, number: int, frame: Array) -> tuple[Posterior, Top]:
@@ -576,14 +680,81 @@ class _State:
         return posterior, tops[0] if tops else nothing
 
 
+class _Found(NamedTuple):
+    """What frames tell of the drift, under all correlation lengths that the residual may have.
+
+    Attributes
+    ----------
+    origin : SensorModel
+        With tolerances of all that may drift.
+    rows : _Rows
+        What the unknowns change; those of the residual are of all lengths together.
+    shared : ndarray, shape (S,)
+        Mean of the unknowns.
+    covariance, before : ndarray, shape (S, S)
+        Their covariances after the frames and before.
+    explained : ndarray of bool, shape (F,)
+        Frames that are explained under the likeliest length.
+    """
+
+    origin: SensorModel
+    rows: _Rows
+    shared: Array
+    covariance: Array
+    before: Array
+    explained: Mask
+
+    @classmethod
+    def of(cls, states: list[_State]) -> _Found:
+        """The average of what follows from each length, with its probability as weight."""
+        weights = _probabilities(states)
+        kept = weights >= UNLIKELY * weights.max()
+        states = [one for one, is_kept in zip(states, kept, strict=True) if is_kept]
+        weights = weights[kept] / weights[kept].sum()
+        best = states[int(weights.argmax())]
+        if len(states) == 1:
+            covariance: Array = np.asarray(np.linalg.inv(best.information), dtype=float)
+            before = np.eye(len(best.shared))
+            return cls(best.origin, best.rows, best.shared, covariance, before, best.explained)
+        own = [np.array([name == RESIDUAL for name in one.rows.names]) for one in states]
+        fields = np.concatenate([one.rows.fields[at] for one, at in zip(states, own, strict=True)])
+        turn, sizes, _ = np.linalg.svd(fields, full_matrices=False)
+        turn = turn[:, np.square(sizes) > SMALLEST * sizes[0] ** 2]
+        rows = best.rows.with_fields(turn.T @ fields)
+        moves, last, first = [], 0, int(np.argmax(own[0]))
+        for at in own:
+            count = int(at.sum())
+            move = np.zeros((len(rows.names), len(at)))
+            others = [k for k, name in enumerate(rows.names) if name != RESIDUAL]
+            move[others, np.flatnonzero(~at)] = 1.0
+            move[first : first + turn.shape[1], at] = turn[last : last + count].T
+            moves.append(move)
+            last += count
+        each = [move @ one.shared for move, one in zip(moves, states, strict=True)]
+        mean = weights @ np.array(each)
+        covariance, before = np.zeros((2, len(mean), len(mean)))
+        for weight, move, one, shared in zip(weights, moves, states, each, strict=True):
+            off = shared - mean
+            covariance += weight * (move @ np.linalg.inv(one.information) @ move.T)
+            covariance += weight * np.outer(off, off)
+            before += weight * (move @ move.T)
+        return cls(best.origin, rows, mean, covariance, before, best.explained)
+
+
+def _as_modes(modes: Array, field: Array) -> Array:
+    """Unknowns of modes (k, P) that come as near to a field (P,) as a hundredth of a radian."""
+    gram = modes @ modes.T + 1e-4 * len(field) * np.eye(len(modes))
+    return np.asarray(np.linalg.solve(gram, modes @ field), dtype=float)
+
+
 def _seen(imaging: Imaging) -> Mask:
     """Pixels of a row that some channel uses, shape (P,)."""
     return np.any(imaging.usable.reshape(-1, len(imaging.positions)), axis=0)
 
 
-def _told(state: _State, imaging: Imaging, signed: bool) -> list[Told]:
+def _told(state: _Found, imaging: Imaging, signed: bool) -> list[Told]:
     """What the frames tell of each thing that may drift."""
-    rows, covariance = state.rows, np.linalg.inv(state.information)
+    rows, covariance = state.rows, state.covariance
     residual = rows.fields[:, _seen(imaging)]
     most = int(np.abs(state.shared @ residual).argmax())
     lights = _light(state.origin.sensor)
@@ -591,7 +762,7 @@ def _told(state: _State, imaging: Imaging, signed: bool) -> list[Told]:
 
     def told(name: str, unit: str, paths: tuple[str, ...], change: Array) -> Told:
         std = float(np.sqrt(change @ covariance @ change))
-        by, before = float(change @ state.shared), float(np.linalg.norm(change))
+        by, before = float(change @ state.shared), float(np.sqrt(change @ state.before @ change))
         return Told(name, unit, paths, by, std, before)
 
     def light(c: int) -> Array:
@@ -629,7 +800,7 @@ def _told(state: _State, imaging: Imaging, signed: bool) -> list[Told]:
     return [one for one in found if one.before]
 
 
-def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
+def _updated(model: SensorModel, state: _Found, signed: bool) -> SensorModel:
     """The model as found, with what is left uncertain and words on what changed.
 
     What frames do not tell of stays where the calibration found it, as a tolerance of the model,
@@ -641,8 +812,7 @@ def _updated(model: SensorModel, state: _State, signed: bool) -> SensorModel:
     told = _told(state, before, signed)
     left = {path for one in told if not one.known for path in one.paths}
     kept = np.array([name not in left for name in rows.names])
-    covariance = np.linalg.inv(state.information)
-    shared = state.shared.copy()
+    covariance, shared = state.covariance, state.shared.copy()
     if left:  # as they are if nothing of the rest had changed
         shared -= covariance[:, ~kept] @ np.linalg.solve(
             covariance[np.ix_(~kept, ~kept)], shared[~kept]
