@@ -216,7 +216,9 @@ def _of_lengths(state: _State) -> list[_State]:
         any(shorter.improve() for _ in range(ROUNDS))
         found.append(shorter)
         weights = _probabilities(found)
-        if weights[-1] < UNLIKELY * weights.max():
+        before, now = (one.readable.mean() for one in found[-2:])
+        lost = before >= now < EXPLAINED  # another sensor is no rougher residual
+        if lost or weights[-1] < UNLIKELY * weights.max():
             break
     return found
 
