@@ -121,6 +121,41 @@ def test_a_departure_within_its_tolerance_is_read(name: str) -> None:
     assert wrong == 0
 
 
+PITCH = drawing().tactels.pitch
+STIFF = drawing().transducer.photoelastic.youngs_modulus
+FAR = {
+    "camera.shift": (Bench(drawing(), PLACES, POINTS, shift=-0.25e-3), "0 +/- 0.1 mm"),
+    "tactels.pitch": (Bench(drawing(), 1.025 * PLACES, POINTS), f"{PITCH * 1e3} mm +/- 1 %"),
+    "transducer.compliant.thickness": (
+        Bench(drawing(**{"transducer.compliant.thickness": 0.6e-3}), PLACES, POINTS),
+        "0.5 mm +/- 8 %",
+    ),
+    "transducer.photoelastic.youngs_modulus": (
+        Bench(drawing(**{"transducer.photoelastic.youngs_modulus": 1.25 * STIFF}), PLACES, POINTS),
+        f"{STIFF / 1e6} MPa +/- 10 %",
+    ),
+}
+
+
+@pytest.mark.parametrize("path", FAR)
+def test_a_value_two_and_a_half_deviations_off_is_followed(path: str) -> None:
+    bench, tolerance = FAR[path]
+    rng, reader = (
+        np.random.default_rng(7),
+        StripFrameReader(ff.characterize(drawing(**{path: tolerance}))),
+    )
+    forces = loads(rng, 8)
+    off = 2.5 * np.sign(bench.shift + 1e-9)
+    for frame, truth in zip(bench.frames(forces, rng), forces, strict=True):
+        used = np.where(reader.usable_pixels, frame.astype(float), np.nan)
+        posterior = reader.own_posterior(used)
+        top = posterior.settled(np.append(truth.ravel(), off))
+        error = top.unknowns[:-1] - truth.ravel()
+        distance = error @ np.linalg.solve(posterior.covariance(top), error)
+        assert top.chance > 1e-5
+        assert chi2.sf(distance, error.size) > 1e-5
+
+
 @pytest.mark.parametrize("pixels", [4.0, 12.0])
 def test_the_search_begins_nearer_to_the_blur_than_the_drawing(pixels: float) -> None:
     """Fringes that run fast are fainter under a blur than those that run slowly."""

@@ -63,7 +63,8 @@ def contact_coordinates(model: FrameModel) -> tuple[Array, FrameModel]:
     """
     nodes = len(model.fixed)
     scaled = (model.profiles * _sizes(model)[:, None]).reshape(-1, nodes)
-    rows = [scaled, model.influence.reshape(-1, nodes), model.curvature.reshape(-1, nodes)]
+    turned = _likely_turns(model).reshape(-1, nodes)
+    rows = [scaled, turned, model.curvature.reshape(-1, nodes)]
     _, size, rows = np.linalg.svd(np.concatenate(rows), full_matrices=False)
     kept = size > LEAST_PROFILE * size[0]
     rows, size = rows[kept], size[kept, None]
@@ -76,6 +77,20 @@ def contact_coordinates(model: FrameModel) -> tuple[Array, FrameModel]:
         fields=np.empty((0, len(basis))),
     )
     return basis, contacts
+
+
+def _likely_turns(model: FrameModel) -> Array:
+    """Changes of the influence with every mode, root mean square for likely ones, (d, s, n, 2, m).
+
+    Powers of an unknown that cancel each other count as what they leave.
+    """
+    steps, powers = (
+        np.linspace(-LIKELY_STDS, LIKELY_STDS, 9),
+        1 + np.arange(model.influence.shape[1]),
+    )
+    return np.einsum(
+        "sq,dqncm->dsncm", steps[:, None] ** powers / np.sqrt(len(steps)), model.influence
+    )
 
 
 def _sizes(model: FrameModel) -> Array:

@@ -8,19 +8,20 @@ without a tolerance has no unknown and costs nothing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import accumulate
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial.chebyshev import cheb2poly, chebvander
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from fringeforce.design.light import CHANNELS, CROSSTALK, Polariscope, pairs_of_channels
 from fringeforce.design.strip import Sensor
-from fringeforce.design.tolerances import number_at, with_values
+from fringeforce.design.tolerances import REACH, number_at, with_values
 from fringeforce.estimation.frame_model import (
     LEAST_PROFILE,
     FrameModel,
@@ -64,9 +65,12 @@ SMALLEST = 5e-4
 """Variance of a mode of a random field, relative to the largest, below which it is left out."""
 NARROW = 0.125
 """Share of a width below which it is kept positive smoothly."""
-SHIFTS = (-3.0, -1.5, 0.0, 1.5, 3.0)
-"""Standard deviations of a camera's shift and scale at which the influence matrix is taken; a
-polynomial goes through them."""
+DEGREES = 4, 8, 16
+"""Degrees of the polynomials that the influence matrix is followed by, of which the least that is
+enough is taken: a camera that is shifted by a contact's width takes the last."""
+LEFT_OUT = 5e-4
+"""Share of a load's largest influence that they may leave out within `REACH` deviations: less than
+a pixel's noise in the phase of all loads."""
 BROKEN = 1e-3
 """Share of pixels that show anything at all: a line camera of good quality has fewer."""
 RELAXATION = f"{TERMS[0]}."
@@ -194,7 +198,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         shown |= ~imaging.usable.reshape(-1, len(pixel))[:, nearest].any(axis=0)
     psi = model.influence(np.clip(x, -half, half)) * shown[:, None, None]
     moments, reach = _contact_moments(model, x, psi, shown)
-    modes = _design_modes(model, x, nodes) + _drift(model)
+    modes = _design_modes(model, x, psi, nodes) + _drift(model)
     modes.sort(key=lambda mode: not mode.influence)
     turning = [mode.influence for mode in modes if mode.influence]
     light, camera = sensor.polariscope, sensor.camera
@@ -536,7 +540,7 @@ def mixtures(
     return np.ascontiguousarray(kept @ root), np.linalg.solve(root, kept.T)
 
 
-def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
+def _design_modes(model: SensorModel, x: Array, psi: Array, nodes: int) -> list[Mode]:
     """Unknowns of the values of the drawing, in the order of their paths."""
     sensor, modes = model.sensor, []
     half = sensor.transducer.length / 2
@@ -544,6 +548,13 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
     elsewhere = (*RELAXING, *THERMAL, CROSSTALK)
     channels = sensor.polariscope.pictures
     plain = sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
+
+    def seen(places: Array, model: SensorModel = model) -> Array:
+        return model.influence(np.clip(places, -half, half))
+
+    def built(path: str, value: float, std: float) -> Callable[[float], Array]:
+        return lambda e: seen(x, model.of(with_values(plain, {path: value + e * std})))
+
     for path, std in sensor.tolerances.items():
         if path.startswith(CHANNELS):
             modes += _channel_modes(sensor, path, std)
@@ -560,16 +571,16 @@ def _design_modes(model: SensorModel, x: Array, nodes: int) -> list[Mode]:
             modes.append(Mode(path, std, darkness=shown * std))
         elif path in ("camera.shift", "camera.scale"):
             step = std if path == "camera.shift" else std * x
-            far = [model.influence(np.clip(x + e * step, -half, half)) for e in SHIFTS]
-            powers = np.linalg.pinv(np.vander(SHIFTS, len(SHIFTS), increasing=True))
-            modes.append(Mode(path, std, tuple(np.tensordot(powers, far, axes=1)[1:])))
+            on = np.abs(x) + REACH * np.abs(step) <= half
+            modes.append(Mode(path, std, _powers_of(lambda e, by=step: seen(x + e * by), psi, on)))
         elif changes_influence([path]):
-            modes.append(Mode(path, std, _changes(model, x, plain, path, (value, std))))
+            modes.append(Mode(path, std, _powers_of(built(path, value, std), psi)))
     last = float(Creep.of_ratio(sensor.transducer).amounts.sum())
     if last:  # loads of any age: the ratio is anywhere between those of first and last
         value = sensor.transducer.compliant.youngs_modulus
         spread = value * abs(last) / np.sqrt(3)
-        modes.append(Mode(RATIO, spread, _changes(model, x, plain, COVER_MODULUS, (value, spread))))
+        powers = _powers_of(built(COVER_MODULUS, value, spread), psi, reach=np.sqrt(3))
+        modes.append(Mode(RATIO, spread, powers))
     uneven = sensor.camera.unevenness
     if uneven:
         for row in uneven * random_field(x, sensor.transducer.length * LIGHT_LENGTH, nodes):
@@ -586,21 +597,49 @@ def _channel_modes(sensor: Sensor, path: str, std: float) -> list[Mode]:
     return [Mode(path, std, darkness=own * std)] if name == "offset" else []
 
 
-def _changes(
-    model: SensorModel, x: Array, plain: Sensor, path: str, value: tuple[float, float]
-) -> tuple[Array, Array]:
-    """Changes of the influence matrix with a value of the design and with its square.
+def _powers_of(
+    influence: Callable[[float], Array],
+    drawn: Array,
+    on: NDArray[np.bool_] | slice = slice(None),
+    reach: float = REACH,
+) -> tuple[Array, ...]:
+    """Changes of the influence matrix with the powers of an unknown.
 
-    In units of the standard deviation, which follows the value itself.
+    Of the polynomial through the zeros of the slope of a Chebyshev polynomial, whose series falls
+    off geometrically (Trefethen, Approximation Theory and Approximation Practice, chapter 8), what
+    is below `LEFT_OUT` is cut off.
+
+    Parameters
+    ----------
+    influence : callable
+        The matrix, shape (s, n, 2), for a value of the unknown.
+    drawn : ndarray, shape (s, n, 2)
+        The same where it is zero.
+    on : ndarray of bool, shape (s,), optional
+        Where polynomials are to follow; everywhere if not given.
+    reach : float
+        Largest value that is likely.
     """
-    half = plain.transducer.length / 2
-    ahead, here, behind = (
-        model.of(with_values(plain, {path: value[0] + e * value[1]})).influence(
-            np.clip(x, -half, half)
-        )
-        for e in (1, 0, -1)
-    )
-    return (ahead - behind) / 2, (ahead + behind) / 2 - here
+    largest = np.maximum(np.abs(drawn).max(axis=0), np.finfo(float).tiny)
+    found: dict[float, Array] = {0.0: drawn}
+    for degree in DEGREES:
+        at = [float(t) for t in np.round(np.cos(np.pi * np.arange(degree + 1) / degree), 12)]
+        for t in at:
+            if t not in found:
+                found[t] = influence(reach * t)
+        values = np.array([found[t] for t in at])
+        series = np.tensordot(np.linalg.inv(chebvander(at, degree)), values, axes=1)
+        sizes = (np.abs(series[:, on]).max(axis=1) / largest).max(axis=(1, 2))
+        beyond = np.append(np.cumsum(sizes[::-1])[::-1], 0.0)[1:]
+        count = max(int(np.argmax(beyond < LEFT_OUT)), 1)
+        if count < degree - 1:  # what is left out was seen
+            break
+    powers = np.zeros((count, count + 1))
+    for k in range(count + 1):
+        own = cheb2poly(np.eye(count + 1)[k])[1:]
+        powers[: len(own), k] = own
+    powers /= reach ** np.arange(1, count + 1)[:, None]
+    return tuple(np.tensordot(powers, series[: count + 1], axes=1))
 
 
 def _drift(model: SensorModel) -> list[Mode]:

@@ -43,6 +43,9 @@ LEVEL_ERROR = 0.01
 """Standard deviation of a block's normalised intensity by all that the extremes do not tell."""
 LARGE = 0.02
 """Change of a load's phase over the phase of all loads together from which a mode is large."""
+TURN = 0.35
+"""Change of the influence, over its peak, from one search to the next: with twice as much, of a
+camera that is shifted by a third of the cover's thickness, a search leads to no explanation."""
 TELLING_SHARE = 0.03
 """Share of the size of the loads below which a force does not tell its contact's place."""
 GROWTH = 600.0
@@ -212,11 +215,46 @@ class PosteriorSearch:
         return under_push > LARGE * max(whole, 1e-12)
 
     @cached_property
+    def _as_drawn(self) -> Array:
+        """Modes of the influence matrix of a sensor as drawn, shape (d,)."""
+        return np.zeros(len(self.model.influence))
+
+    @cached_property
+    def _begins(self) -> list[Array]:
+        """Modes of other sensors with which a search begins, the likeliest first.
+
+        Of the mode that turns the influence most: what it does is far from linear.
+        """
+        peak = max(np.abs(self.model.moments[:, 0, 0]).max(), np.finfo(float).tiny)
+        turns = np.abs(self.model.influence[:, 0, :, 0]).max(axis=(1, 2)) / peak
+        if not len(turns):
+            return []
+        own = np.eye(len(turns))[np.argmax(turns)]
+        steps = np.arange(1, 1 + int(LIKELY_STDS * turns.max() / TURN)) * TURN / turns.max()
+        return [way * step * own for step in steps for way in (1.0, -1.0)]
+
+    @cached_property
     def _at_nodes(self) -> dict[str, Array]:
-        """Columns of the state at the nodes, shape (m, k) each, per unit load where they scale."""
+        return self._turned_nodes(self._as_drawn)
+
+    def _nodes_under(self, modes: Array) -> dict[str, Array]:
+        """Columns of the state at the nodes, shape (m, k) each, per unit load where they scale.
+
+        Parameters
+        ----------
+        modes : ndarray, shape (d,)
+            Of the influence matrix, of which the large ones count.
+        """
+        large = np.where(self._large, modes, 0.0)
+        return self._turned_nodes(large) if large.any() else self._at_nodes
+
+    def _turned_nodes(self, modes: Array) -> dict[str, Array]:
         model, at = self.model, self.model.at
         moments, nodes = model.moments, len(model.fixed)
-        parts = {"load": moments[:, :, 0].copy()}
+        power = np.arange(1, 1 + model.influence.shape[1])
+        e = modes[:, None]
+        slopes = np.einsum("dq,dqncm->dncm", power * e ** (power - 1), model.influence)
+        parts = {"load": moments[:, :, 0] + np.einsum("dq,dqncm->ncm", e**power, model.influence)}
         if moments.shape[2] > 2:
             mean, spread = self._squares
             parts["load"] += mean * moments[:, :, 2]
@@ -224,8 +262,8 @@ class PosteriorSearch:
                 parts["shifted"] = moments[:, :, 1] * (model.place / model.reach)
             parts["widened"] = moments[:, :, 2] * spread
         if self._large.any():
-            parts["apart"] = model.influence[self._large, 0]
-        parts["turned"] = model.influence[:, 0, :, 0].sum(axis=1)
+            parts["apart"] = slopes[self._large]
+        parts["turned"] = slopes[:, :, 0].sum(axis=1)
         parts["fields"] = model.fields
         parts["fixed"] = model.fixed[None]
         return {name: part.reshape(-1, nodes).T for name, part in parts.items()}
@@ -240,21 +278,23 @@ class PosteriorSearch:
 
     @cached_property
     def _columns(self) -> dict[str, Array]:
-        """The same at the pixels of one channel."""
+        """The same of a sensor as drawn at the pixels of one channel."""
+        return self._at_pixels(self._at_nodes)
+
+    def _at_pixels(self, nodes: dict[str, Array]) -> dict[str, Array]:
         model = self.model
         pixels = len(model.amplitude) // len(model.bias)
         first, weights = model.first[:pixels], model.weights[:pixels]
         return {
             name: np.asarray(sum(part[first + t] * weights[:, t, None] for t in range(4)))
-            for name, part in self._at_nodes.items()
+            for name, part in nodes.items()
         }
 
-    @cached_property
-    def _state(self) -> Array:
+    def _state(self, modes: Array) -> Array:
         """All of these side by side, in the order of `_scale`, the fixed phase last."""
-        return np.concatenate(
-            [*(self._columns[name] for name in self._units), self._columns["fixed"]], 1
-        )
+        nodes = self._nodes_under(modes)
+        own = self._columns if nodes is self._at_nodes else self._at_pixels(nodes)
+        return np.concatenate([*(own[name] for name in self._units), own["fixed"]], 1)
 
     def pushing(self, pace: Array) -> float:
         """Mean normal force of contacts whose fringes run as fast as the frame's [N]."""
@@ -281,8 +321,21 @@ class PosteriorSearch:
                 contrast = np.exp(-np.square(undone * light.blur) / 2)
         return np.max(seen / np.maximum(contrast, CONTRAST) / ratio, axis=0), contrast
 
-    def starts(self, lines: Lines, light: Light, effort: Effort) -> tuple[Array, Array, float]:
+    def starts(
+        self, lines: Lines, light: Light, effort: Effort, modes: Array | None = None
+    ) -> tuple[Array, Array, float]:
         """Unknowns to climb from, the likeliest first.
+
+        Parameters
+        ----------
+        lines : Lines
+            Of the frame.
+        light : Light
+            Of the frame.
+        effort : Effort
+            How to search.
+        modes : ndarray, shape (d,), optional
+            Of the influence matrix of the sensor with which to begin; as drawn if not given.
 
         Returns
         -------
@@ -293,6 +346,7 @@ class PosteriorSearch:
         push : float
             Mean normal force that the pace of the fringes tells [N].
         """
+        modes = self._as_drawn if modes is None else modes
         pace, contrast = self.true_pace(lines, light)
         push = effort.scale * self.pushing(pace)
         edges = block_edges(pace, effort.extent)
@@ -304,7 +358,7 @@ class PosteriorSearch:
             np.stack(rows, axis=1) for rows in zip(*blocks, strict=True)
         )
         known = np.isfinite(variance)
-        means = block_means(self._state, edges)
+        means = block_means(self._state(modes), edges)
         means = means[np.nonzero(known)[0]] * ratio[known][:, None]
         scale = self._scale(push, effort.push)
         state = means[:, :-1] * np.concatenate(list(scale.values()))
@@ -322,7 +376,9 @@ class PosteriorSearch:
             OUTLIER,
             effort.cut,
         )
-        found = self._unknowns(means, scale, np.zeros(self.model.at.size), bool(effort.push) * push)
+        about = np.zeros(self.model.at.size)
+        about[self.model.at.modes :][: len(modes)] = modes
+        found = self._unknowns(means, scale, about, bool(effort.push) * push)
         self.lit(found, light)
         return found, scores, push
 
@@ -492,7 +548,9 @@ class PosteriorSearch:
         ndarray, shape (k, size)
             Unknowns to climb from.
         """
-        changes, _, turned = self.mirrored(posterior.phase(top), push, GROWTH)
+        at = self.model.at
+        modes = top.unknowns[at.modes : at.modes + len(self._as_drawn)]
+        changes, _, turned = self.mirrored(posterior.phase(top), push, GROWTH, modes)
         if within is not None:
             near = np.abs(turned[:, ~within]).max(axis=1, initial=0.0) < TOUCH
             changes, turned = changes[near], turned[near]
@@ -501,7 +559,9 @@ class PosteriorSearch:
         found, growths = posterior.changed(top, turned[:IMAGES_FITTED], starts, BINS, IMAGE_STEPS)
         return found[np.argsort(growths, kind="stable")]
 
-    def mirrored(self, phase: Array, push: float, growth: float) -> tuple[Array, Array, Array]:
+    def mirrored(
+        self, phase: Array, push: float, growth: float, modes: Array | None = None
+    ) -> tuple[Array, Array, Array]:
         """Changes of the state that mirror a stretch of a phase, the likeliest first.
 
         Parameters
@@ -512,6 +572,8 @@ class PosteriorSearch:
             Size of the loads [N].
         growth : float
             Expected growth of the loss up to which images are of interest.
+        modes : ndarray, shape (d,), optional
+            Of the influence matrix; as drawn if not given.
 
         Returns
         -------
@@ -522,9 +584,10 @@ class PosteriorSearch:
         turned : ndarray, shape (k, m)
             Change of the phase that each is for [rad].
         """
+        nodes = self._at_nodes if modes is None else self._nodes_under(modes)
         scale = self._scale(push, 0.0)
         columns = np.ascontiguousarray(
-            np.concatenate([self._at_nodes[name] * size for name, size in scale.items()], axis=1)
+            np.concatenate([nodes[name] * size for name, size in scale.items()], axis=1)
         )
         seen, known = phase_information(self.model, phase), np.ones(columns.shape[1])
         changes, _, turned = mirror_images(phase, columns, seen, known, growth=growth)
@@ -558,7 +621,10 @@ class PosteriorSearch:
         """Starts of one effort after the other; `best` holds the explanations so far."""
         if self._single is not None:
             yield self.scanned(lines, self._single)
-        for effort in EFFORTS:
+        for number, effort in enumerate(EFFORTS):
+            if number == FIRST_EFFORTS:
+                for modes in self._begins:
+                    yield self.starts(lines, lines.light, EFFORTS[0], modes)
             light = lines.light if effort.light == "extremes" else self._drawn
             if effort.light == "fitted":
                 if not best:

@@ -17,7 +17,7 @@ from fringeforce.estimation.bounds import bounds_of
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.frame_information import information
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import Uncertainty, uncertainty
+from fringeforce.models.uncertainty import FOLLOWED_STDS, Uncertainty, uncertainty
 from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.posterior_search import DENSE, Lines
 from fringeforce.reading.reading import Reading, Status
@@ -61,10 +61,16 @@ class StripFrames(FrameReader):
 
     @cached_property
     def usable_pixels(self) -> Mask:
-        """Pixels that the calibration left in, in one row."""
-        imaging = self.model.imaging
-        size = int(np.prod(self.model.frame_shape))
-        return np.ones(size, bool) if imaging is None else imaging.usable
+        """Pixels that the calibration left in and that surely see the strip, in one row.
+
+        A camera that may be shifted or scaled may see what is beside the strip.
+        """
+        model, std = self.model, self.model.sensor.tolerances
+        half, x = model.sensor.transducer.length / 2, model.pixel_positions
+        apart = np.hypot(std.get("camera.shift", 0.0), std.get("camera.scale", 0.0) * x)
+        seen = (np.abs(x) > half) | (np.abs(x) + FOLLOWED_STDS * apart <= half)
+        whole = np.ones(model.frame_shape, bool) & seen
+        return whole.ravel() if model.imaging is None else whole.ravel() & model.imaging.usable
 
     def phase(self, forces: Array) -> Array:
         """Phase lead that forces cause, to second order, shape (n_pixels,) [rad]."""
