@@ -190,6 +190,20 @@ def test_frames_of_a_built_sensor_follow_its_own_design(sensor: ff.Sensor) -> No
     assert np.abs(real.expose(forces) - level).max() < 0.5 + 1e-6
 
 
+def test_a_built_sensor_looks_elsewhere_than_a_drawing_that_was_used(sensor: ff.Sensor) -> None:
+    model = ff.characterize(
+        sensor.replace(**{"camera.shift": "0 +/- 0.1 mm", "camera.scale": "1 +/- 1 %"})
+    )
+    before, real = model.sensor.pixel_positions, model.as_built(rng=3).model
+    camera = real.sensor.camera
+    assert camera.shift and camera.scale != 1.0
+    wanted = camera.scale * before + camera.shift
+    np.testing.assert_allclose(real.sensor.pixel_positions, wanted, atol=1e-12)
+    moved = ff.characterize(sensor.replace(camera=camera))
+    forces = ff.polar(1.0, 10.0, n=sensor.tactels.count)
+    np.testing.assert_allclose(real.phase(forces), moved.phase(forces), atol=1e-9)
+
+
 def test_readings_know_the_width_and_the_place_of_contacts(sensor: ff.Sensor) -> None:
     changes = {"tactels.contact_width": "0.8 mm", "tactels.placement": "0.05 mm"}
     wide = sensor.replace(**{"transducer.edges": "roller"}, **changes)

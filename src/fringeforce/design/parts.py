@@ -67,6 +67,22 @@ class Part(BaseModel):
             return NotImplemented
         return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
 
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with other values, not validated; what was computed from the old ones is not kept.
+
+        Parameters
+        ----------
+        update : mapping, optional
+            Values by field.
+        deep : bool
+            Whether to copy what the values hold as well.
+        """
+        fields = type(self).model_fields
+        copied = super().model_copy(update=update, deep=deep)
+        for name in copied.__dict__.keys() - fields.keys():
+            del copied.__dict__[name]
+        return copied
+
     @property
     def derived(self) -> frozenset[str]:
         """Tables that follow from others, and are not stated."""
