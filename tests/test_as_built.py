@@ -196,7 +196,8 @@ def test_a_built_sensor_looks_elsewhere_than_a_drawing_that_was_used(sensor: ff.
     )
     before, real = model.sensor.pixel_positions, model.as_built(rng=3).model
     camera = real.sensor.camera
-    assert camera.shift and camera.scale != 1.0
+    assert camera.shift != 0.0
+    assert camera.scale != 1.0
     wanted = camera.scale * before + camera.shift
     np.testing.assert_allclose(real.sensor.pixel_positions, wanted, atol=1e-12)
     moved = ff.characterize(sensor.replace(camera=camera))
