@@ -67,6 +67,19 @@ DEPARTURES = {
         Bench(drawing(), PLACES, POINTS, shift=0.05e-3),
         {"camera.shift": "0 +/- 0.05 mm"},
     ),
+    "shifted camera, contacts beside tactels and thicker cover": (
+        Bench(
+            drawing(**{"transducer.compliant.thickness": 0.52e-3}),
+            PLACES + 1e-4 * np.array([-1.1, 0.4, 0.9, 0.1, -1.6, -0.8, 1.2, 0.2, 1.3, -0.5, 0.7]),
+            POINTS,
+            shift=0.15e-3,
+        ),
+        {
+            "camera.shift": "0 +/- 0.1 mm",
+            "tactels.placement": "0 +/- 0.1 mm",
+            "transducer.compliant.thickness": "0.5 mm +/- 4 %",
+        },
+    ),
     "thicker cover": (
         Bench(drawing(**{"transducer.compliant.thickness": 0.525e-3}), PLACES, POINTS),
         {"transducer.compliant.thickness": "0.5 mm +/- 5 %"},

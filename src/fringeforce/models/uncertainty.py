@@ -9,8 +9,8 @@ without a tolerance has no unknown and costs nothing.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import cache, cached_property
+from dataclasses import dataclass, field
+from functools import cache, cached_property, partial
 from itertools import accumulate
 from typing import Any, NamedTuple
 
@@ -73,6 +73,8 @@ LEFT_OUT = 5e-4
 a pixel's noise in the phase of all loads."""
 BROKEN = 1e-3
 """Share of pixels that show anything at all: a line camera of good quality has fewer."""
+REGISTRATION = "camera.shift", "camera.scale"
+"""Paths of values that say where the camera looks."""
 RELAXATION = f"{TERMS[0]}."
 RELAXING = tuple(f"{path}." for path in TERMS)
 """Begin of the paths of values that act over time, which `reading.creep` allows for."""
@@ -128,6 +130,11 @@ class Uncertainty:
     shown : ndarray of bool, shape (s,)
         Where influence counts: on the strip, and beyond its ends where no pixel is usable, for a
         step at the end would ring in the splines of the pixels beside it.
+    matrix : BuiltInfluence
+        Influence of sensors that are not as drawn.
+    centre : mapping
+        Values, by path, in deviations from what is drawn, at which all that turns the influence
+        matrix acts together exactly; elsewhere single ones do.
     """
 
     frame: FrameModel
@@ -136,6 +143,25 @@ class Uncertainty:
     shapes: int
     places: Array
     shown: NDArray[np.bool_]
+    matrix: BuiltInfluence
+    centre: Mapping[str, float] = field(default_factory=dict)
+
+    def about(self, centre: Mapping[str, float]) -> Uncertainty:
+        """The same, exact for other values that act together.
+
+        Parameters
+        ----------
+        centre : mapping
+            As the attribute.
+        """
+        return _uncertainty(self.matrix, centre) if centre != self.centre else self
+
+    @cached_property
+    def turns(self) -> Array:
+        """Change of the influence over its peak by a deviation of each mode that turns it, (d,)."""
+        frame = self.frame
+        peak = max(np.abs(frame.moments[:, :, 0]).max(), np.finfo(float).tiny)
+        return np.abs(frame.influence[:, 0]).max(axis=(1, 2, 3)) / peak
 
     @cached_property
     def lasting(self) -> NDArray[np.bool_]:
@@ -186,20 +212,95 @@ def uncertainty(model: SensorModel) -> Uncertainty:
     InputError
         If contacts of uncertain place or width are on a strip in three dimensions.
     """
+    pixel, positions = model.pixel_positions, _nodes(model)[2]
+    x = pixel[0] + positions * (pixel[-1] - pixel[0]) / max(len(pixel) - 1, 1)
+    return _uncertainty(BuiltInfluence(model, x), {})
+
+
+@dataclass(frozen=True, eq=False)
+class BuiltInfluence:
+    """Influence matrix of sensors whose values are not as drawn.
+
+    Attributes
+    ----------
+    model : SensorModel
+        As drawn or calibrated.
+    x : ndarray, shape (s,)
+        Places along the strip where the drawing's camera looks [m].
+    """
+
+    model: SensorModel
+    x: Array
+    _solved: dict[tuple[str, float], SensorModel] = field(default_factory=dict)
+
+    def built(self, values: Mapping[str, float]) -> SensorModel:
+        """The model with other values of the design, by path; those of single ones are kept."""
+        key = next(iter(values.items()))
+        if len(values) == 1 and key in self._solved:
+            return self._solved[key]
+        design = with_values(self._plain, values)
+        drawn = design == self._plain and not self.calibrated
+        model = self.model if drawn else self.model.of(design)
+        if len(values) == 1:
+            self._solved[key] = model
+        return model
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether the model is of one sensor that was measured, and not as drawn."""
+        return self.model.calibration is not None or self.model.imaging is not None
+
+    @cached_property
+    def _plain(self) -> Sensor:
+        sensor = self.model.sensor
+        return sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
+
+    def off(self, off: Mapping[str, float]) -> tuple[SensorModel, Array]:
+        """The model whose values are so many deviations off, and where its camera looks, (s,)."""
+        sensor, places, values = self.model.sensor, self.x, dict[str, float]()
+        for path, e in off.items():
+            if path in REGISTRATION:
+                places = places + e * self.step(path)
+            elif (found := number_at(sensor, path)) is not None:
+                values[path] = found[0] + e * sensor.tolerances[path]
+        return self.built(values) if values else self.model, places
+
+    def __call__(self, off: Mapping[str, float]) -> Array:
+        """Influence matrix of these, shape (s, n, 2) [rad/N]."""
+        model, places = self.off(off)
+        return self.seen(model, places)
+
+    def seen(self, model: SensorModel, places: Array) -> Array:
+        """Influence matrix of a model at places on the strip, shape (s, n, 2) [rad/N]."""
+        half = self.model.sensor.transducer.length / 2
+        return model.influence(np.clip(places, -half, half))
+
+    def step(self, path: str) -> Array:
+        """How far a deviation of the camera's shift or scale moves what it sees, shape (s,) [m]."""
+        std = self.model.sensor.tolerances[path]
+        return std * (self.x if path == "camera.scale" else np.ones_like(self.x))
+
+
+def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncertainty:
+    model, x = matrix.model, matrix.x
     sensor, imaging = model.sensor, model.imaging
     std = dict(sensor.tolerances)
     first, weights, positions = _nodes(model)
     pixel = model.pixel_positions
-    x = pixel[0] + positions * (pixel[-1] - pixel[0]) / max(len(pixel) - 1, 1)
     nodes, half = (len(x) - 1) // SPLINE_SAMPLES + 3, sensor.transducer.length / 2
     shown = _inside(x, half)
     if imaging is not None:
         nearest = np.clip(np.rint(positions), 0, len(pixel) - 1).astype(np.int64)
         shown |= ~imaging.usable.reshape(-1, len(pixel))[:, nearest].any(axis=0)
-    psi = model.influence(np.clip(x, -half, half)) * shown[:, None, None]
-    moments, reach = _contact_moments(model, x, psi, shown)
-    modes = _design_modes(model, x, psi, nodes) + _drift(model)
+    built, seen = matrix.off(centre)
+    psi = matrix.seen(built, seen) * shown[:, None, None]
+    modes = _design_modes(matrix, centre, nodes) + _drift(model)
     modes.sort(key=lambda mode: not mode.influence)
+    beside = psi.copy()  # to which single values add up at the centre
+    for mode in modes:
+        for power, change in enumerate(mode.influence, 1):
+            beside -= change * centre.get(mode.name, 0.0) ** power * shown[:, None, None]
+    moments, reach = _contact_moments(built.sensor, std, seen, beside, shown)
     turning = [mode.influence for mode in modes if mode.influence]
     light, camera = sensor.polariscope, sensor.camera
     fixed, residual = np.full(nodes, light.residual), std.get(RESIDUAL, 0.0)
@@ -295,7 +396,7 @@ def uncertainty(model: SensorModel) -> Uncertainty:
         broken=BROKEN,
         at=at,
     )
-    return Uncertainty(frame, tuple(modes), shape, shapes, x, shown)
+    return Uncertainty(frame, tuple(modes), shape, shapes, x, shown, matrix, dict(centre))
 
 
 class Crosstalk(NamedTuple):
@@ -422,7 +523,7 @@ def _places_in_pixels(pixels: int, steps: int) -> Array:
 
 
 def _contact_moments(
-    model: SensorModel, x: Array, psi: Array, shown: NDArray[np.bool_]
+    sensor: Sensor, std: Mapping[str, float], x: Array, psi: Array, shown: NDArray[np.bool_]
 ) -> tuple[Array, float]:
     """Influence of the moments of every contact's traction, shape (n, 2, K, m), and their unit.
 
@@ -430,7 +531,6 @@ def _contact_moments(
     Chebyshev's points; what the nominal contacts leave of the characterised matrix is added to the
     zeroth moment, so that they are exact.
     """
-    sensor, std = model.sensor, model.sensor.tolerances
     if PLACEMENT not in std and WIDTH not in std:
         return np.ascontiguousarray(np.moveaxis(psi, 0, 2)[:, :, None]), 1.0
     tactels = sensor.tactels
@@ -540,20 +640,18 @@ def mixtures(
     return np.ascontiguousarray(kept @ root), np.linalg.solve(root, kept.T)
 
 
-def _design_modes(model: SensorModel, x: Array, psi: Array, nodes: int) -> list[Mode]:
-    """Unknowns of the values of the drawing, in the order of their paths."""
-    sensor, modes = model.sensor, []
+def _design_modes(matrix: BuiltInfluence, centre: Mapping[str, float], nodes: int) -> list[Mode]:
+    """Unknowns of the values of the drawing, in the order of their paths.
+
+    The camera looks from the centre's place, and what it sees is the centre's strip where it looks
+    elsewhere; of single values of the strip all others are as drawn.
+    """
+    sensor, x, modes = matrix.model.sensor, matrix.x, []
     half = sensor.transducer.length / 2
     taken = {PLACEMENT, WIDTH, RESIDUAL, "polariscope.visibility", "camera.blur", "camera.gamma"}
     elsewhere = (*RELAXING, *THERMAL, CROSSTALK)
     channels = sensor.polariscope.pictures
-    plain = sensor.replace(tolerances=dict.fromkeys(sensor.tolerances, 0.0))
-
-    def seen(places: Array, model: SensorModel = model) -> Array:
-        return model.influence(np.clip(places, -half, half))
-
-    def built(path: str, value: float, std: float) -> Callable[[float], Array]:
-        return lambda e: seen(x, model.of(with_values(plain, {path: value + e * std})))
+    looking = {path: e for path, e in centre.items() if path in REGISTRATION}
 
     for path, std in sensor.tolerances.items():
         if path.startswith(CHANNELS):
@@ -569,18 +667,20 @@ def _design_modes(model: SensorModel, x: Array, psi: Array, nodes: int) -> list[
         elif path == "camera.offset":
             shown = np.array([[one.offset is None] for one in channels])
             modes.append(Mode(path, std, darkness=shown * std))
-        elif path in ("camera.shift", "camera.scale"):
-            step = std if path == "camera.shift" else std * x
-            on = np.abs(x) + REACH * np.abs(step) <= half
-            modes.append(Mode(path, std, _powers_of(lambda e, by=step: seen(x + e * by), psi, on)))
+        elif path in REGISTRATION:
+            on = np.abs(x) + REACH * np.abs(matrix.step(path)) <= half
+            modes.append(Mode(path, std, _powers_of(partial(_one, matrix, centre, path), on)))
         elif changes_influence([path]):
-            modes.append(Mode(path, std, _powers_of(built(path, value, std), psi)))
+            modes.append(Mode(path, std, _powers_of(partial(_one, matrix, looking, path))))
     last = float(Creep.of_ratio(sensor.transducer).amounts.sum())
     if last:  # loads of any age: the ratio is anywhere between those of first and last
         value = sensor.transducer.compliant.youngs_modulus
-        spread = value * abs(last) / np.sqrt(3)
-        powers = _powers_of(built(COVER_MODULUS, value, spread), psi, reach=np.sqrt(3))
-        modes.append(Mode(RATIO, spread, powers))
+        spread, places = value * abs(last) / np.sqrt(3), matrix.off(looking)[1]
+
+        def relaxed(e: float) -> Array:
+            return matrix.seen(matrix.built({COVER_MODULUS: value + e * spread}), places)
+
+        modes.append(Mode(RATIO, spread, _powers_of(relaxed, reach=np.sqrt(3))))
     uneven = sensor.camera.unevenness
     if uneven:
         for row in uneven * random_field(x, sensor.transducer.length * LIGHT_LENGTH, nodes):
@@ -597,9 +697,13 @@ def _channel_modes(sensor: Sensor, path: str, std: float) -> list[Mode]:
     return [Mode(path, std, darkness=own * std)] if name == "offset" else []
 
 
+def _one(matrix: BuiltInfluence, others: Mapping[str, float], path: str, e: float) -> Array:
+    """Influence matrix where one value is so many deviations off, beside others."""
+    return matrix({**others, path: e})
+
+
 def _powers_of(
     influence: Callable[[float], Array],
-    drawn: Array,
     on: NDArray[np.bool_] | slice = slice(None),
     reach: float = REACH,
 ) -> tuple[Array, ...]:
@@ -613,15 +717,13 @@ def _powers_of(
     ----------
     influence : callable
         The matrix, shape (s, n, 2), for a value of the unknown.
-    drawn : ndarray, shape (s, n, 2)
-        The same where it is zero.
     on : ndarray of bool, shape (s,), optional
         Where polynomials are to follow; everywhere if not given.
     reach : float
         Largest value that is likely.
     """
-    largest = np.maximum(np.abs(drawn).max(axis=0), np.finfo(float).tiny)
-    found: dict[float, Array] = {0.0: drawn}
+    found: dict[float, Array] = {0.0: influence(0.0)}
+    largest = np.maximum(np.abs(found[0.0]).max(axis=0), np.finfo(float).tiny)
     for degree in DEGREES:
         at = [float(t) for t in np.round(np.cos(np.pi * np.arange(degree + 1) / degree), 12)]
         for t in at:

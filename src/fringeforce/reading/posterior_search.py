@@ -162,9 +162,13 @@ class PosteriorSearch:
     ----------
     model : FrameModel
         What makes frames, with errors of shape under unit loads.
+    centre : ndarray, shape (d,), optional
+        Modes of the influence matrix of the sensor, if they are nearly known; as drawn if not
+        given.
     """
 
     model: FrameModel
+    centre: Array | None = None
 
     def lines(self, frame: Array) -> Lines:
         """Lines of a frame, shape (P,), whose unused pixels are not finite."""
@@ -215,9 +219,9 @@ class PosteriorSearch:
         return under_push > LARGE * max(whole, 1e-12)
 
     @cached_property
-    def _as_drawn(self) -> Array:
-        """Modes of the influence matrix of a sensor as drawn, shape (d,)."""
-        return np.zeros(len(self.model.influence))
+    def _begin(self) -> Array:
+        """Modes of the influence matrix with which a search begins, shape (d,)."""
+        return np.zeros(len(self.model.influence)) if self.centre is None else self.centre
 
     @cached_property
     def _begins(self) -> list[Array]:
@@ -227,7 +231,7 @@ class PosteriorSearch:
         """
         peak = max(np.abs(self.model.moments[:, 0, 0]).max(), np.finfo(float).tiny)
         turns = np.abs(self.model.influence[:, 0, :, 0]).max(axis=(1, 2)) / peak
-        if not len(turns):
+        if self.centre is not None or not len(turns):
             return []
         own = np.eye(len(turns))[np.argmax(turns)]
         steps = np.arange(1, 1 + int(LIKELY_STDS * turns.max() / TURN)) * TURN / turns.max()
@@ -235,7 +239,7 @@ class PosteriorSearch:
 
     @cached_property
     def _at_nodes(self) -> dict[str, Array]:
-        return self._turned_nodes(self._as_drawn)
+        return self._turned_nodes(np.where(self._large, self._begin, 0.0))
 
     def _nodes_under(self, modes: Array) -> dict[str, Array]:
         """Columns of the state at the nodes, shape (m, k) each, per unit load where they scale.
@@ -245,8 +249,10 @@ class PosteriorSearch:
         modes : ndarray, shape (d,)
             Of the influence matrix, of which the large ones count.
         """
-        large = np.where(self._large, modes, 0.0)
-        return self._turned_nodes(large) if large.any() else self._at_nodes
+        large = self._large & (modes != self._begin)
+        return (
+            self._turned_nodes(np.where(self._large, modes, 0.0)) if large.any() else self._at_nodes
+        )
 
     def _turned_nodes(self, modes: Array) -> dict[str, Array]:
         model, at = self.model, self.model.at
@@ -346,7 +352,7 @@ class PosteriorSearch:
         push : float
             Mean normal force that the pace of the fringes tells [N].
         """
-        modes = self._as_drawn if modes is None else modes
+        modes = self._begin if modes is None else modes
         pace, contrast = self.true_pace(lines, light)
         push = effort.scale * self.pushing(pace)
         edges = block_edges(pace, effort.extent)
@@ -549,7 +555,7 @@ class PosteriorSearch:
             Unknowns to climb from.
         """
         at = self.model.at
-        modes = top.unknowns[at.modes : at.modes + len(self._as_drawn)]
+        modes = top.unknowns[at.modes : at.modes + len(self._begin)]
         changes, _, turned = self.mirrored(posterior.phase(top), push, GROWTH, modes)
         if within is not None:
             near = np.abs(turned[:, ~within]).max(axis=1, initial=0.0) < TOUCH

@@ -16,7 +16,7 @@ from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_VERDICT, GROUP, square_limit
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.posterior_search import BINS
-from fringeforce.reading.strip_frames import MISSED
+from fringeforce.reading.strip_frames import HOPELESS_LOSS, MISSED
 
 Array = NDArray[np.float64]
 
@@ -67,6 +67,14 @@ class Explanations:
     def best(self) -> list[Array]:
         """Unknowns of the best one, whether it explains the frame or not; none if none was met."""
         return [top.unknowns for top in (self.tops[:1] or self.rough[:1])]
+
+    @property
+    def promising(self) -> bool:
+        """Whether the best one explains the frame, or nearly so."""
+        return self.explained or any(
+            rough.loss < HOPELESS_LOSS * len(self.posterior.frame) / BINS
+            for rough in self.rough[:1]
+        )
 
     @property
     def loss(self) -> float:

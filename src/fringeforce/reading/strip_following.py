@@ -110,6 +110,7 @@ class StripFollower(Follower):
         self._left = self._count = 0
         self._held: Posterior | None = None
         self._posterior: Posterior | None = None
+        self._reader = self._single
         self._shift: StrainShift | None = None
         self._seen_with_it = 0
         self._earlier = deque[NDArray[Any]](maxlen=ALIKE_FRAMES)
@@ -190,7 +191,7 @@ class StripFollower(Follower):
             return False
         if not self._retests.due(count, lambda: node_phase(own.model, own.unknowns)):
             return False
-        if not self._single.departing(levels, used, own.unknowns):
+        if not self._reader.departing(levels, used, own.unknowns):
             return False
         self._filter = self._last = None
         return True
@@ -221,7 +222,7 @@ class StripFollower(Follower):
         again = before is not None and before.status is reading.status
         self._interval = min(2 * self._interval, LONGEST) if again else INTERVAL
         self._left = self._interval if reading.status is Status.AMBIGUOUS else -1
-        self._posterior, self._shift = posterior, None
+        self._posterior, self._shift, self._reader = posterior, None, located.reader
         if not reading.tracked:
             phase = posterior.phase(top)
             self._retests.begin(float(phase @ phase))
@@ -269,6 +270,7 @@ class StripFollower(Follower):
                 return None
             posterior, top = located.posterior, located.top
             self._several = located if located.several else None
+            self._reader = located.reader
             frame = np.where(used, mean, np.nan)
             model = posterior.model._replace(variance=self._single.uncertain.frame.variance)
             self._begun = reading
@@ -341,7 +343,7 @@ class StripFollower(Follower):
 
     def _renewed(self, own: InformationFilter, levels: NDArray[np.float32]) -> Top | None:
         frame = np.where(self._used, levels.astype(float), np.nan)
-        return own.renew(frame, partial(self._single.images, own.model, own.prior, frame))
+        return own.renew(frame, partial(self._reader.images, own.model, own.prior, frame))
 
     def _widen(self, followed: Followed) -> None:
         """Add what calibration and large strain leave uncertain."""

@@ -47,15 +47,18 @@ class StripFrames(FrameReader):
     ----------
     noise : float
         Variance of the noise of what is read over that of a frame: 1 / k for the mean of k frames.
+    centre : Uncertainty, optional
+        What is uncertain, exact at other values than those drawn; about those drawn if not given.
     """
 
     model: SensorModel
     noise: float = 1.0
+    centre: Uncertainty | None = None
 
     @cached_property
     def uncertain(self) -> Uncertainty:
         """What is uncertain about the strip."""
-        found = uncertainty(self.model)
+        found = uncertainty(self.model) if self.centre is None else self.centre
         frame = found.frame._replace(variance=self.noise * found.frame.variance)
         return replace(found, frame=frame)
 

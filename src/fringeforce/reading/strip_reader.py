@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import islice
 from typing import Any
@@ -37,6 +37,7 @@ from fringeforce.estimation.posterior import (
 )
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_VERDICT, square_limit
 from fringeforce.models.creep import Creep
+from fringeforce.models.uncertainty import RATIO
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.contact_prior import (
     FRICTION,
@@ -53,6 +54,7 @@ from fringeforce.reading.posterior_search import (
     BINS,
     CANDIDATES,
     FIRST_EFFORTS,
+    TELLING_SHARE,
     Lines,
     PosteriorSearch,
 )
@@ -89,6 +91,13 @@ TOLERATED_SOLVED = 0.1
 """What the model leaves of large strain where it was solved, over the deviations of forces by the
 noise, root mean square over them, up to which it is not solved again, which leaves a tenth: half a
 percent.  Where it was not solved, what is `HARMLESS` is a part of the deviations."""
+PRODUCTS = 1e-3
+"""Products of what values of the design, the camera and contacts change in the influence, over its
+peak, from which a reading takes them exactly: of ten radians the noise of a pixel."""
+MOVES = 3
+"""Times that a frame is read again with products that are exact nearer to what was found."""
+SENSORS = 8
+"""Sensors, as found, of which a reader keeps what makes their frames."""
 MOST_LEFT = np.pi
 """Phase beyond the second order that is not corrected: the loads are of another fringe [rad]."""
 FOLDED = (
@@ -114,6 +123,8 @@ class Located:
         phase.
     between : ndarray, shape (2n, 2n)
         Covariance of these about their mean [N^2].
+    reader : StripFrameReader
+        Which read it.
     """
 
     posterior: Posterior
@@ -121,6 +132,7 @@ class Located:
     covariance: Array
     offset: Array
     between: Array
+    reader: StripFrameReader
 
     @property
     def several(self) -> bool:
@@ -155,6 +167,8 @@ class Before:
 class StripFrameReader(StripFrames):
     """Reads frames of one strip, each for itself."""
 
+    _sensors: dict[tuple[Any, ...], StripFrameReader] = field(default_factory=dict)
+
     @property
     def influence(self) -> Array:
         """Influence matrix at the pixels of a frame, shape (P, 2n) [rad/N]."""
@@ -178,7 +192,86 @@ class StripFrameReader(StripFrames):
 
     @cached_property
     def _search(self) -> PosteriorSearch:
-        return PosteriorSearch(self.uncertain.frame)
+        centre = None if self.centre is None else self._off
+        return PosteriorSearch(self.uncertain.frame, centre)
+
+    @cached_property
+    def _off(self) -> Array:
+        """Modes of the influence matrix for which products are exact, shape (d,)."""
+        found, count = self.uncertain, len(self.uncertain.frame.influence)
+        return np.array([found.centre.get(mode.name, 0.0) for mode in found.modes[:count]])
+
+    def _nearer(self, unknowns: Array) -> StripFrameReader:
+        """What reads with products that are exact near unknowns; itself where they are small.
+
+        Of what was calibrated the values are nearly known, and large strain has a centre of its
+        own.
+        """
+        found, frame = self.uncertain, self.uncertain.frame
+        if found.matrix.calibrated or len(frame.curvature) or not len(frame.influence):
+            return self
+        modes = self._likeliest_modes(unknowns)
+        turns = np.append(np.abs(modes - self._off) * found.turns, self._contacts_turn)
+        if (turns.sum() ** 2 - np.square(turns).sum()) / 2 < PRODUCTS:
+            return self
+        whole = found.turns.sum() + self._contacts_turn.sum()
+        beside = found.turns * (whole - found.turns)
+        step = np.minimum(2 * PRODUCTS / np.maximum(beside, PRODUCTS), 1.0)
+        centre = {
+            mode.name: float(e)
+            for mode, e in zip(found.modes, step * np.rint(modes / step), strict=False)
+            if e and mode.name != RATIO
+        }
+        if centre == found.centre:
+            return self
+        key = self.noise, *centre.items()
+        if key not in self._sensors:
+            while len(self._sensors) >= SENSORS:
+                self._sensors.pop(next(iter(self._sensors)))
+            self._sensors[key] = replace(self, centre=found.about(centre))
+        return self._sensors[key]
+
+    def _likeliest_modes(self, unknowns: Array) -> Array:
+        """The likeliest modes of the influence matrix that show contacts where they do, shape (d,).
+
+        Contacts that all lie beside their tactels look as those under a camera that is shifted,
+        which is likelier.
+        """
+        frame, at = self.uncertain.frame, self.uncertain.frame.at
+        modes = unknowns[at.modes :][: len(frame.influence)]
+        if at.width == at.place:
+            return modes
+        size = np.hypot(unknowns[: at.loads : 2], unknowns[1 : at.loads : 2])
+        told = size > TELLING_SHARE * size.max()
+        moved, moving = self._moved[:, told], self._moved.any(axis=1)
+        shown = unknowns[at.place : at.width][told] + modes @ moved
+        likely = np.linalg.solve(np.eye(len(modes)) + moved @ moved.T, moved @ shown)
+        return np.where(moving, likely, modes)
+
+    @cached_property
+    def _moved(self) -> Array:
+        """How far a deviation of each mode moves contacts as seen, over that of places, (d, n)."""
+        sensor, frame = self.model.sensor, self.uncertain.frame
+        places, std = sensor.tactels.positions, sensor.tolerances
+        ways = {
+            "camera.shift": -np.ones_like(places),
+            "camera.scale": -places,
+            "tactels.pitch": places / sensor.tactels.pitch,
+        }
+        found = np.zeros((len(frame.influence), len(places)))
+        for row, mode in zip(found, self.uncertain.modes, strict=False):
+            if mode.name in ways:
+                row[:] = std[mode.name] * ways[mode.name] / frame.place
+        return found
+
+    @cached_property
+    def _contacts_turn(self) -> Array:
+        """What uncertain places and widths change in the influence, over its peak."""
+        frame, at = self.uncertain.frame, self.uncertain.frame.at
+        sizes = np.abs(frame.moments).max(axis=(0, 1, 3))
+        place = frame.place / frame.reach * (at.width > at.place)
+        width = frame.width * frame.width_std / (6 * frame.reach**2) * (at.fields > at.width)
+        return np.array([place, width]) * sizes[1:3] / sizes[0] if self.beside else np.zeros(2)
 
     @cached_property
     def _profiles(self) -> Array:
@@ -256,8 +349,14 @@ class StripFrameReader(StripFrames):
         located : Located, or None
             From where the next one can be followed, if this one is explained.
         """
-        frame = np.where(used, levels.astype(float), np.nan)
         before = before or Before()
+        reader = self if before.unknowns is None else self._nearer(before.unknowns)
+        return reader._followed(levels, used, before, MOVES)
+
+    def _followed(
+        self, levels: NDArray[Any], used: Mask, before: Before, moves: int
+    ) -> tuple[Reading, Located | None]:
+        frame = np.where(used, levels.astype(float), np.nan)
         # single pixels that nothing explains would spoil the means over blocks; fits bear them
         alone = isolated(levels.astype(float), self.model.response)
         sound = np.where(alone, np.nan, frame)
@@ -272,6 +371,8 @@ class StripFrameReader(StripFrames):
         if silent is not None and self._plainly_nothing(posterior, silent):
             return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
         met = self._explained(posterior, lines, silent)
+        if met.promising and (nearer := self._nearer(met.best[0])) is not self and moves:
+            return nearer._followed(levels, used, replace(before, unknowns=None), moves - 1)
         for _ in range(SOLUTIONS if self.higher_orders else 0):
             exact = self._centred(posterior, *met.best)
             if exact is posterior:
@@ -622,7 +723,7 @@ class StripFrameReader(StripFrames):
         loads, covariance = mixture(weights, means, np.array([one.covariance for one in own]))
         apart = means - loads
         between = (apart * weights[:, None]).T @ apart
-        located = Located(posterior, best.top, best.covariance, loads - means[0], between)
+        located = Located(posterior, best.top, best.covariance, loads - means[0], between, self)
         if not tracked:  # as frames before and after it, which are read by one linearisation
             sampled = posterior.sampled(near, covariance, self._profiles)
             loads, covariance = sampled or (loads, covariance)
