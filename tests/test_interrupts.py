@@ -110,7 +110,7 @@ from fringeforce import cli
 class Gone:
     pass
 
-def run():
+def run(**_):
     one = Gone()
     kept = weakref.ref(one, lambda reference: time.sleep(2.0))
     print("ready", flush=True)
@@ -153,7 +153,7 @@ class Outer(NamedTuple):
 def loop(value):
     return Outer(Inner(value))
 
-def run():
+def run(**_):
     main_thread = threading.main_thread().ident
     threading.Timer(0.01, signal.pthread_kill, (main_thread, signal.SIGINT)).start()
     while True:
@@ -177,7 +177,7 @@ def test_an_interrupt_while_a_loop_hands_over_its_results_does_not_crash() -> No
 
 
 def test_an_interrupted_loop_is_no_error_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:
-    def loop() -> None:
+    def loop(**_: object) -> None:
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
     monkeypatch.setattr(cli, "app", loop)

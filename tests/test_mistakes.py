@@ -11,7 +11,10 @@ from commands import Said, run
 from fringeforce.io.frames import save_frames
 
 HEAD = "frame,tactel,normal_N,tangential_N\n"
-READINGS = "frame,tactel,normal_N,tangential_N,normal_std_N,tangential_std_N,status\n"
+READINGS = (
+    "frame,tactel,normal_N,tangential_N,magnitude_N,angle_deg,"
+    "normal_std_N,tangential_std_N,magnitude_std_N,angle_std_deg,status\n"
+)
 
 
 def refused(*words: str, cwd: Path) -> Said:
@@ -47,7 +50,9 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     save_frames(tmp_path / "frames.h5", frames, sensor.pixel_positions)
     np.save(tmp_path / "short.npy", frames[:, :100])
     (tmp_path / "loads.csv").write_text(HEAD + "0,6,1,0.1\n", encoding="utf-8")
-    (tmp_path / "readings.csv").write_text(READINGS + "0,6,1,0,0.1,0.1,OK\n", encoding="utf-8")
+    (tmp_path / "readings.csv").write_text(
+        READINGS + "0,6,1,0,1,0,0.1,0.1,0.1,0.1,OK\n", encoding="utf-8"
+    )
     (tmp_path / "words.csv").write_text("hello\n", encoding="utf-8")
     (tmp_path / "folder").mkdir()
     return tmp_path

@@ -81,7 +81,7 @@ def make_dataset(
     --------
     >>> ff.make_dataset("touches.toml", "touches")
     Traceback (most recent call last):
-    fringeforce.base.errors.InputError: There is no study 'touches.toml' to read (...).
+    fringeforce.base.errors.InputError: There is no study 'touches.toml' to read (...); give ...
     """
     plan, sensor = load_dataset_study(study)
     with executor(scheduler, workers) as pool:

@@ -144,7 +144,7 @@ def load_columns(path: str | os.PathLike[str]) -> Columns:
             f"{name} has {len(header)} columns, the longest name of {max(map(len, header))} "
             f"characters; a table of loads has up to {MOST} of up to {LONGEST}."
         )
-    if "status" in header and any("_std_" in written for written in header):
+    if {"status", "normal_N", "magnitude_N"} <= set(header):  # each force twice
         raise FileFormatError(
             f"{name} holds readings, as `fringeforce read` writes them, and no loads; write a "
             "table with the columns frame, tactel or x_mm, normal_N and tangential_N alone."
