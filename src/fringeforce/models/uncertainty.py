@@ -294,7 +294,7 @@ def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncerta
         shown |= ~imaging.usable.reshape(-1, len(pixel))[:, nearest].any(axis=0)
     built, seen = matrix.off(centre)
     psi = matrix.seen(built, seen) * shown[:, None, None]
-    modes = _design_modes(matrix, centre, nodes) + _drift(model)
+    modes = _design_modes(matrix, built, centre, nodes) + _drift(model)
     modes.sort(key=lambda mode: not mode.influence)
     beside = psi.copy()  # to which single values add up at the centre
     for mode in modes:
@@ -640,7 +640,9 @@ def mixtures(
     return np.ascontiguousarray(kept @ root), np.linalg.solve(root, kept.T)
 
 
-def _design_modes(matrix: BuiltInfluence, centre: Mapping[str, float], nodes: int) -> list[Mode]:
+def _design_modes(
+    matrix: BuiltInfluence, built: SensorModel, centre: Mapping[str, float], nodes: int
+) -> list[Mode]:
     """Unknowns of the values of the drawing, in the order of their paths.
 
     The camera looks from the centre's place, and what it sees is the centre's strip where it looks
@@ -669,7 +671,9 @@ def _design_modes(matrix: BuiltInfluence, centre: Mapping[str, float], nodes: in
             modes.append(Mode(path, std, darkness=shown * std))
         elif path in REGISTRATION:
             on = np.abs(x) + REACH * np.abs(matrix.step(path)) <= half
-            modes.append(Mode(path, std, _powers_of(partial(_one, matrix, centre, path), on)))
+            modes.append(
+                Mode(path, std, _powers_of(partial(_looking, matrix, built, looking, path), on))
+            )
         elif changes_influence([path]):
             modes.append(Mode(path, std, _powers_of(partial(_one, matrix, looking, path))))
     last = float(Creep.of_ratio(sensor.transducer).amounts.sum())
@@ -695,6 +699,13 @@ def _channel_modes(sensor: Sensor, path: str, std: float) -> list[Mode]:
     if name == "amplitude":
         return [Mode(path, std, brightness=own * (std / sensor.light[0][int(number)]))]
     return [Mode(path, std, darkness=own * std)] if name == "offset" else []
+
+
+def _looking(
+    matrix: BuiltInfluence, built: SensorModel, others: Mapping[str, float], path: str, e: float
+) -> Array:
+    """Influence matrix of a strip where the camera looks so many deviations elsewhere."""
+    return matrix.seen(built, matrix.off({**others, path: e})[1])
 
 
 def _one(matrix: BuiltInfluence, others: Mapping[str, float], path: str, e: float) -> Array:

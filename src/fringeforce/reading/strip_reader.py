@@ -224,12 +224,13 @@ class StripFrameReader(StripFrames):
         }
         if centre == found.centre:
             return self
-        key = self.noise, *centre.items()
-        if key not in self._sensors:
-            while len(self._sensors) >= SENSORS:
-                self._sensors.pop(next(iter(self._sensors)))
-            self._sensors[key] = replace(self, centre=found.about(centre))
-        return self._sensors[key]
+        key, kept = (self.noise, *centre.items()), self._sensors
+        if (nearer := kept.get(key)) is None:  # threads share what is kept
+            nearer = replace(self, centre=found.about(centre))
+            for oldest in list(kept)[: len(kept) + 1 - SENSORS]:
+                kept.pop(oldest, None)
+            kept[key] = nearer
+        return nearer
 
     def _likeliest_modes(self, unknowns: Array) -> Array:
         """The likeliest modes of the influence matrix that show contacts where they do, shape (d,).
@@ -371,7 +372,7 @@ class StripFrameReader(StripFrames):
         if silent is not None and self._plainly_nothing(posterior, silent):
             return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
         met = self._explained(posterior, lines, silent)
-        if met.promising and (nearer := self._nearer(met.best[0])) is not self and moves:
+        if moves and met.promising and (nearer := self._nearer(met.best[0])) is not self:
             return nearer._followed(levels, used, replace(before, unknowns=None), moves - 1)
         for _ in range(SOLUTIONS if self.higher_orders else 0):
             exact = self._centred(posterior, *met.best)
