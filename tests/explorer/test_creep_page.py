@@ -6,7 +6,6 @@ from collections.abc import Iterator
 import pytest
 from local_server import LocalServer
 from pages import (
-    COMPILED,
     expect_accessible_when_widened,
     needs_browser,
     sized_page,
@@ -29,7 +28,7 @@ def page(browser: Browser, server: LocalServer) -> Iterator[Page]:
 def _shown(page: Page, server: LocalServer, fragment: str = CREEPING) -> Page:
     page.goto(server.address + fragment)
     # the process that reads leaves the processor to others, of which tests have many
-    expect(page.locator("#creep-note")).to_contain_text("too large", timeout=COMPILED)
+    expect(page.locator("#creep-note")).to_contain_text("too large")
     return page
 
 
@@ -52,7 +51,7 @@ def test_a_design_that_does_not_creep_says_so_and_can_be_given_terms(
     expect(note).to_contain_text("does not creep")
     expect(page.locator("#creep")).to_be_hidden()
     page.locator("#creep-try").click()
-    expect(note).to_contain_text("too large", timeout=COMPILED)
+    expect(note).to_contain_text("too large")
     field = page.locator("[data-path='transducer.relaxation']")
     expect(field).to_have_value("6 % 0.4 s, 4 % 15 s")
     expect(page.locator("#creep-held")).to_have_value("60")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from local_server import LocalServer
-from pages import COMPILED, needs_browser, watched_page
+from pages import needs_browser, watched_page
 from playwright.sync_api import Browser, Page, expect
 from pressed_camera import simulated
 
@@ -31,7 +31,7 @@ def page(browser: Browser, watched: LocalServer) -> Iterator[Page]:
     with watched_page(browser, watched) as found:
         found.goto(watched.address)
         forces = found.locator("#watch-forces svg")
-        expect(forces).to_have_attribute("aria-label", SPELLED, timeout=COMPILED)
+        expect(forces).to_have_attribute("aria-label", SPELLED)
         yield found
 
 

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 import pytest
 from local_server import LocalServer
 from pages import (
-    COMPILED,
-    WAIT,
     expect_accessible,
     expect_accessible_before_any_answer,
     expect_downloads,
@@ -39,16 +37,15 @@ def page(browser: Browser, pad_server: LocalServer) -> Iterator[Page]:
 
 def opened(page: Page, server: LocalServer, fragment: str = "") -> Page:
     page.goto(server.address + fragment)
-    read(page, COMPILED)
+    read(page)
     return page
 
 
-def read(page: Page, patience: int = WAIT) -> None:
+def read(page: Page) -> None:
     """Wait until what is pressed now has been read."""
     page.wait_for_function(
         """() => document.getElementById('status').dataset.status
-            && document.getElementById('behind').hidden""",
-        timeout=patience,
+            && document.getElementById('behind').hidden"""
     )
 
 
@@ -210,7 +207,7 @@ def test_every_preset_is_read(page: Page, pad_server: LocalServer) -> None:
 
 def test_a_skin_is_pressed_by_spheres(page: Page, pad_server: LocalServer) -> None:
     page.goto(f"{pad_server.address}#start=fingertip&c=1.6,-1,4,1,0.2,0,0")
-    read(page, COMPILED)
+    read(page)
     expect(page.locator("#status")).to_have_text("OK")
     expect(page.locator("#sums tr")).to_have_count(3)
     force = page.locator("#sums tr").nth(2).locator("td span").first
@@ -223,7 +220,7 @@ def test_a_skin_is_pressed_by_spheres(page: Page, pad_server: LocalServer) -> No
 
 def test_presets_press_a_soft_pad_gently(page: Page, pad_server: LocalServer) -> None:
     page.goto(f"{pad_server.address}#start=fingertip")
-    read(page, COMPILED)
+    read(page)
     expect(page.locator("#status")).to_have_text("OK")
     _, _, acts = total(page, 0)
     assert acts == pytest.approx(4.0)  # a fifth of what presses stiff pads

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from local_server import LocalServer, unwarmed
-from pages import COMPILED, expect_accessible, needs_browser, watched_page
+from pages import expect_accessible, needs_browser, watched_page
 from playwright.sync_api import Browser, expect
 from small_pad import small_pad
 from starlette.testclient import TestClient
@@ -107,7 +107,7 @@ def test_a_browser_shows_images_forces_and_sums_as_they_come(
 ) -> None:
     with watched_page(browser, watched) as page:
         page.goto(watched.address)
-        expect(page.locator("#watch-status")).to_have_text("OK", timeout=COMPILED)
+        expect(page.locator("#watch-status")).to_have_text("OK")
         expect(page.locator("#watch-title")).to_have_text("simulated touch, 20 images/s")
         expect(page.locator("#watch-counts")).to_have_text(re.compile(r"\d images/s read, \d+"))
         expect(page.locator("#design")).to_be_hidden()

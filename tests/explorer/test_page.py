@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from local_server import LocalServer
 from pages import (
-    COMPILED,
     expect_accessible_before_any_answer,
     expect_accessible_when_widened,
     expect_downloads,
@@ -79,14 +78,14 @@ def test_finite_strain_stands_beside_the_linear_one(page: Page, server: LocalSer
     page.locator("[data-strain=finite]").click()
     note = page.locator("#strain-note")
     # the process that solves leaves the processor to others, of which tests have many
-    expect(note).to_contain_text("of its peak", timeout=COMPILED)
+    expect(note).to_contain_text("of its peak")
     expect(note).to_contain_text("0.50 mm wide")
     # the mesh moves by finite strain
     page.wait_for_function(
         "([canvas, before]) => canvas.toDataURL() !== before", arg=[canvas.element_handle(), before]
     )
     page.locator("[data-preset=none]").click()
-    expect(note).to_contain_text("by 0.000 rad", timeout=COMPILED)
+    expect(note).to_contain_text("by 0.000 rad")
 
 
 def test_dragging_an_arrow_moves_phase_fringes_and_forces_read(

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 import pytest
 from local_server import LocalServer
 from pages import (
-    COMPILED,
     expect_accessible,
     expect_accessible_before_any_answer,
     expect_downloads,
@@ -39,7 +38,7 @@ def page(browser: Browser, skin_server: LocalServer) -> Iterator[Page]:
 
 def opened(page: Page, server: LocalServer, fragment: str = "") -> Page:
     page.goto(server.address + fragment)
-    page.wait_for_selector("#status[data-status=OK]", timeout=COMPILED)
+    page.wait_for_selector("#status[data-status=OK]")
     return page
 
 
@@ -120,12 +119,12 @@ def test_finite_strain_stands_beside_the_linear_one(page: Page, skin_server: Loc
     expect(page.locator("#finite")).to_be_hidden()
     page.locator("[data-strain=finite]").click()
     note = page.locator("#strain-note")
-    expect(note).to_contain_text("of its peak", timeout=COMPILED)
+    expect(note).to_contain_text("of its peak")
     expect(page.locator("#finite-fringes canvas")).to_have_count(2)
     before = note.inner_text()
     page.locator("#finger-normal").fill("4")
     page.locator("#finger-normal").press("Enter")
-    expect(note).not_to_have_text(before, timeout=COMPILED)
+    expect(note).not_to_have_text(before)
     page.wait_for_url(re.compile("finite=1"))
     page.locator("[data-strain=linear]").click()
     expect(page.locator("#finite")).to_be_hidden()
