@@ -61,6 +61,17 @@ def test_a_delay_is_found_within_half_a_frame(model: ff.SensorModel, path, delay
     assert abs(coarse_delay(log, times, frames) - delay) <= 0.5 / RATE
 
 
+@pytest.mark.parametrize("ramp", [0.02, 0.5])
+@pytest.mark.parametrize("delay", [0.36, -0.6])
+def test_a_single_press_is_not_taken_for_its_release(ramp: float, delay: float) -> None:
+    """Grey levels that go with the force: the right delay is the one of which most is seen."""
+    t = np.arange(0, 4, 1 / RATE)
+    force = np.interp(t, [1, 1 + ramp, 2.5, 2.5 + ramp], [0, 1, 1, 0])
+    log = load_log(t + delay, np.zeros(len(t)), np.stack([force, 0 * force], axis=1))
+    frames = force[:, None] * [10.0, 80.0, 30.0]
+    assert coarse_delay(log, t, frames) == pytest.approx(delay, abs=0.5 / RATE)
+
+
 @pytest.mark.slow
 def test_long_recordings_and_images_are_no_harder(model: ff.SensorModel) -> None:
     log, times, frames = bench(model, pressing, DELAY)

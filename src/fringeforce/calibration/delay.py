@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.load_log import REACH, LoadLog
@@ -91,7 +91,8 @@ def coarse_delay(
             f"{log.times[-1]:.6g} s, cover the frames from {times[0]:.6g} to {times[-1]:.6g} s; "
             "give times of one clock."
         )
-    best = tried[np.nanargmax(scores)]
+    # as in their test of independence: a press looks like a release where no more is seen
+    best = tried[np.nanargmax(scores * [_inside(log, times + delay).mean() for delay in tried])]
     near = best + np.arange(-STEPS, STEPS + 1) * step / STEPS
     near = near[np.abs(near) <= most]
     return float(near[np.nanargmax(_scores(log, times, seen, near))])
@@ -112,7 +113,7 @@ def _scores(log: LoadLog, times: Array, seen: Array, delays: Array) -> Array:
     """Distance correlation at every delay; not a number where too little overlaps."""
     found = np.full(len(delays), np.nan)
     for k, delay in enumerate(delays):
-        inside = (times + delay >= log.times[0]) & (times + delay <= log.times[-1])
+        inside = _inside(log, times + delay)
         if inside.mean() < INSIDE:
             continue
         loads = log.at(times[inside], delay)
@@ -121,6 +122,11 @@ def _scores(log: LoadLog, times: Array, seen: Array, delays: Array) -> Array:
         size = float(np.linalg.norm(a) * np.linalg.norm(b))
         found[k] = float(np.sum(a * b)) / size if size else np.nan
     return found
+
+
+def _inside(log: LoadLog, times: Array) -> Mask:
+    """Which times the log covers."""
+    return np.asarray((times >= log.times[0]) & (times <= log.times[-1]))
 
 
 def _likeness(loads: BenchLoads) -> Array:

@@ -47,6 +47,7 @@ def light_sources() -> dict[str, LightSource]:
 
     Examples
     --------
+    >>> from fringeforce.design.light_sources import light_sources
     >>> light_sources()["red LED"].wavelength
     '635 nm'
     """
@@ -59,6 +60,7 @@ def named(value: Any) -> LightSource | None:
 
     Examples
     --------
+    >>> from fringeforce.design.light_sources import named
     >>> named("red LED").bandwidth
     '17 nm'
     >>> named("632.8 nm")
@@ -76,6 +78,7 @@ def with_bandwidth(values: Any) -> Any:
 
     Examples
     --------
+    >>> from fringeforce.design.light_sources import with_bandwidth
     >>> with_bandwidth({"wavelength": "red LED", "bias": 90})
     {'bandwidth': '17 nm', 'wavelength': 'red LED', 'bias': 90}
     """
@@ -93,6 +96,7 @@ def wavelength_text(value: Any) -> Any:
 
     Examples
     --------
+    >>> from fringeforce.design.light_sources import wavelength_text
     >>> wavelength_text("red LED"), wavelength_text("632.8 nm")
     ('635 nm', '632.8 nm')
     """

@@ -75,6 +75,7 @@ def stress_optic_text(fringe_value: Any, wavelength: Any) -> str:
 
     Examples
     --------
+    >>> from fringeforce.design.materials import stress_optic_text
     >>> stress_optic_text("7.0 N/mm +/- 5 %", "546 nm")
     '7.8e-11 Pa^-1 +/- 5 %'
     """

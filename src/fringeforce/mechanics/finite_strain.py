@@ -102,8 +102,8 @@ class FiniteStrip:
     --------
     >>> from fringeforce.mechanics.finite_strain import finite_strip
     >>> strip = finite_strip(ff.load_sensor("saad").transducer, [0.0], [5e-4], order=3)
-    >>> strip.integrated_stress(strip.solved([[0.1, 0.0]]), [0.0]).round(-1).tolist()
-    [-20.0]
+    >>> strip.integrated_stress(strip.solved([[0.1, 0.0]]), [5e-4]).round(1).tolist()
+    [-6.6]
     """
 
     transducer: Transducer

@@ -81,6 +81,7 @@ def score(folder: PathLike, answers: PathLike) -> tuple[Score, ...]:
 
     Examples
     --------
+    >>> from pathlib import Path
     >>> from fringeforce.scoring.making import make_benchmark
     >>> from fringeforce.scoring.scores import score
     >>> _ = make_benchmark("to-score", count=2, seed=1, tracks=("drawn",))
