@@ -5,6 +5,7 @@ from scipy.interpolate import CubicSpline, PPoly
 
 import fringeforce as ff
 from fringeforce.calibration.bench_expectation import contact_size
+from fringeforce.calibration.bench_loads import bench_loads
 from fringeforce.calibration.calibrate import PARAMETERS
 from fringeforce.calibration.contact_phase import _cubics, contact_phases
 from fringeforce.models.node_splines import coefficients
@@ -26,7 +27,8 @@ def test_phases_and_their_slopes_are_those_of_scipy_and_go_on_as_tangents(
 ) -> None:
     paths = tuple(PARAMETERS)
     places, design = np.array([-2e-3, 1e-3]), np.array([0.02, -0.01, 0.03])
-    contacts = contact_phases(sensor, paths, np.zeros(3), places, contact_size(sensor), 0.1)
+    size = contact_size(sensor, bench_loads(places, np.ones((2, 2))))
+    contacts = contact_phases(sensor, paths, np.zeros(3), places, size, 0.1)
     drawn = np.linspace(-1.01, 1.01, 8 * 250 + 1) * contacts.half
     x = 0.2e-3 + 1.01 * drawn
     near = np.clip(x, -contacts.half, contacts.half)

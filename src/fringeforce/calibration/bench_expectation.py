@@ -7,14 +7,22 @@ from dataclasses import replace
 import numpy as np
 
 from fringeforce.base.arrays import Array
+from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.contact_phase import ContactPhases, ContactSize
 from fringeforce.design.light import CROSSTALK
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
-from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.frame_model import EVEN, HERTZ, FrameModel
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, WIDTH
 from fringeforce.models.strip import characterize
-from fringeforce.models.uncertainty import FOLLOWED_STDS, NARROW, random_field, uncertainty
+from fringeforce.models.uncertainty import (
+    FOLLOWED_STDS,
+    MOMENTS,
+    MOST_MOMENTS,
+    NARROW,
+    random_field,
+    uncertainty,
+)
 
 DOUBT = {
     "place": 0.1e-3,
@@ -76,13 +84,21 @@ def smooth_fields(sensor: Sensor, x: Array, nodes: int, grey: Array) -> tuple[Ar
     )
 
 
-def contact_size(sensor: Sensor) -> ContactSize:
-    """How far contacts may lie from their places, and how wide they are, as stated or expected."""
+def contact_size(sensor: Sensor, loads: BenchLoads) -> ContactSize:
+    """How far contacts may lie from their places, and how wide they are, as stated or expected.
+
+    Whatever presses on a skin, or has a radius, is round rather than flat.
+    """
+    cover = float(sensor.transducer.compliant.thickness)
     place = sensor.tolerances.get(PLACEMENT, DOUBT["place"])
-    wide = sensor.tolerances.get(WIDTH, DOUBT["width"])
-    width = float(sensor.tactels.contact_width)
-    reach = FOLLOWED_STDS * place + (width + FOLLOWED_STDS * wide) / 2
-    return ContactSize(place, width, wide, reach)
+    expected = DOUBT["width"] if sensor.skin is None else max(DOUBT["width"], cover)
+    width, wide = float(sensor.tactels.contact_width), sensor.tolerances.get(WIDTH, expected)
+    known = 2 * (MOST_MOMENTS / MOMENTS * cover - FOLLOWED_STDS * place)
+    stated = min(float(np.nanmax(loads.widths, initial=0.0)) + FOLLOWED_STDS * wide, known)
+    widest = max(width + FOLLOWED_STDS * wide, stated)
+    rounded = sensor.skin is not None or bool(np.isfinite(loads.radii).any())
+    reach = FOLLOWED_STDS * place + widest / 2
+    return ContactSize(place, width, wide, widest, HERTZ if rounded else EVEN, reach)
 
 
 def frame_template(sensor: Sensor, contacts: ContactPhases) -> tuple[FrameModel, Array, Array]:
@@ -122,6 +138,7 @@ def frame_template(sensor: Sensor, contacts: ContactPhases) -> tuple[FrameModel,
         width=size.width,
         width_std=size.width_std,
         narrow=NARROW * max(size.width, size.width_std),
+        profile=size.profile,
         fields=fields,
         brightness=brightness,
         darkness=darkness,

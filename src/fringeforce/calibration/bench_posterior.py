@@ -480,7 +480,7 @@ class BenchPosterior:
         if not np.isfinite(own).all():
             return self.mean(f, shared)
         kept = own.copy()
-        widths = np.minimum(size.width + size.width_std * own[3 * k : 4 * k], size.reach)
+        widths = np.minimum(size.width + size.width_std * own[3 * k : 4 * k], size.widest)
         farthest = (size.reach - np.maximum(widths, 0.0) / 2) / size.place
         kept[2 * k : 3 * k] = np.clip(own[2 * k : 3 * k], -farthest, farthest)
         kept[3 * k : 4 * k] = (widths - size.width) / size.width_std

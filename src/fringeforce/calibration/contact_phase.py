@@ -23,7 +23,7 @@ from fringeforce.mechanics.solid.strip import QUICK, STRIP
 from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
 from fringeforce.models.node_splines import fitted, sampled
 from fringeforce.models.strip_width import light_line
-from fringeforce.models.uncertainty import line_moments, mixtures
+from fringeforce.models.uncertainty import line_moments, mixtures, moments_within
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 SOLVED = 16
@@ -44,7 +44,11 @@ class ContactSize:
     place : float
         Unit of the unknown places [m].
     width, width_std : float
-        Width that is expected, and unit of the unknown widths [m].
+        Width that is expected if nobody states one, and unit of the unknown widths [m].
+    widest : float
+        Likely width at most [m].
+    profile : float
+        Of their tractions, as in `FrameModel`.
     reach : float
         Unit of length of the moments, as far as a contact reaches [m].
     """
@@ -52,6 +56,8 @@ class ContactSize:
     place: float
     width: float
     width_std: float
+    widest: float
+    profile: float
     reach: float
 
 
@@ -79,6 +85,8 @@ class ContactPhases:
         the design.  Zero in a plane, whose elements are fine.
     places : ndarray, shape (C,)
         Of the contacts [m].
+    shapes : ndarray, shape (C, 2, K)
+        Moments of their tractions less those of the profile.
     step : float
         Of the entries, to both sides of the design at which the curvatures were solved.
     origin : ndarray, shape (d,)
@@ -96,6 +104,7 @@ class ContactPhases:
     size: ContactSize
     fine: Array
     places: Array
+    shapes: Array
     step: float
     origin: Array
     bends: Array
@@ -244,6 +253,7 @@ def contact_phases(
     size: ContactSize,
     step: float,
     near: ContactPhases | None = None,
+    shapes: Array | None = None,
 ) -> ContactPhases:
     """Solve a varied design, and a step of every entry to both sides.
 
@@ -265,12 +275,17 @@ def contact_phases(
         Of an entry.
     near : ContactPhases, optional
         About another design.
+    shapes : ndarray, shape (C, 2, K or more), optional
+        Moments of the tractions less those of the profile, per force [powers of m]; zero if not
+        given.
     """
     assert POSITIONS not in paths
     half, grid = sensor.transducer.length / 2, places_along(sensor.transducer)
     farthest = min(float(np.abs(places).max()) + size.reach, half)
     effect = np.array([path in EFFECTS for path in paths], dtype=bool)
     stiff = tuple(path for path in paths if path not in EFFECTS)
+    order = moments_within(size.reach, sensor.transducer)
+    shapes = np.zeros((len(places), 2, order)) if shapes is None else shapes[..., :order]
 
     def solved(design: Array, mesh: Grading = QUICK) -> Array:
         made = varied(sensor, paths, design)
@@ -278,11 +293,13 @@ def contact_phases(
         strip = varied(sensor, stiff, design[~effect]).transducer
         surface = _surface(strip, made.camera, sensor.transducer, mesh, farthest)
         constant = stress_optic_constant(made.transducer.photoelastic, made.polariscope.wavelength)
-        moments = line_moments(surface, places, size.reach)
+        moments = line_moments(surface, places, size.reach, order)
+        moments += _excess(moments, shapes / size.reach ** np.arange(order))
         return np.asarray(phase_lead(moments, constant))
 
     middle = solved(centre)
-    if near is not None and not np.array_equal(near.places, places):
+    alike = near is not None and np.array_equal(near.places, places)
+    if near is not None and not (alike and np.array_equal(near.shapes, shapes)):
         near = None
     if near is not None and near.reaches(centre, effect, step):
         step, origin, bends = near.step, near.origin, near.bends
@@ -304,11 +321,29 @@ def contact_phases(
     slopes, curves = bends * np.exp(off[effect].sum())
     slopes = slopes + 2 * curves * off[:, None, None, None, None]
     slopes[effect], curves[effect] = middle, middle / 2  # the phase is proportional to it
-    mixing, spread = mixtures(middle, size.reach, size.place, (size.width, size.width_std))
+    mixing, spread = mixtures(middle, size.reach, size.place, (0.0, size.widest), size.profile)
     parts = np.concatenate([middle[None], slopes, curves])
     mixed = np.einsum("kr,ictkg->igctr", spread, parts, optimize=True)
     lead = _cubics(grid, mixed)
-    return ContactPhases(centre, half, grid, lead, mixing, size, fine, places, step, origin, bends)
+    known = fine, places, shapes, step, origin, bends
+    return ContactPhases(centre, half, grid, lead, mixing, size, *known)
+
+
+def _excess(moments: Array, shapes: Array) -> Array:
+    """What shapes add to the zeroth moment, and to the first one, which is a contact's place.
+
+    Parameters
+    ----------
+    moments : ndarray, shape (C, 2, K, G)
+        Influence of moments.
+    shapes : ndarray, shape (C, 2, K)
+        Moments that are added for each unit of force.
+    """
+    found = np.zeros_like(moments)
+    found[:, :, 0] = np.einsum("ctk,ctkg->ctg", shapes, moments)
+    after = np.arange(1, shapes.shape[2])
+    found[:, :, 1] = np.einsum("ctk,ctkg->ctg", after * shapes[..., :-1], moments[:, :, 1:])
+    return found
 
 
 def _cubics(grid: Array, values: Array) -> Array:
@@ -356,7 +391,7 @@ def _surface(
     return surface_influence(made, -farthest, farthest, places_along(drawn), line)
 
 
-def distinct(places: Array, step: float) -> tuple[Array, Index, Array]:
+def distinct(places: Array, step: float, shapes: Array) -> tuple[Array, Index, Array, Array]:
     """Evenly spaced places next to contacts, which of them each has, and how far it lies beside.
 
     Parameters
@@ -365,6 +400,8 @@ def distinct(places: Array, step: float) -> tuple[Array, Index, Array]:
         Of contacts [m]; not a number where a frame has fewer.
     step : float
         Between the places [m].
+    shapes : ndarray, shape (F, k, ...)
+        Of the contacts; those that differ have places of their own.
 
     Returns
     -------
@@ -374,10 +411,16 @@ def distinct(places: Array, step: float) -> tuple[Array, Index, Array]:
         Numbers of these; -1 where there is no contact.
     beside : ndarray, shape (F, k)
         Contacts less these places [m]; zero where there is no contact.
+    shapes : ndarray, shape (C, ...)
+        Of the contacts there.
     """
     there = np.isfinite(places)
-    found, number = np.unique(np.round(places[there] / step) * step, return_inverse=True)
+    own = shapes[there].reshape(int(there.sum()), -1)
+    near = np.round(places[there] / step) * step
+    _, first, number = np.unique(
+        np.column_stack([near, own]), axis=0, return_index=True, return_inverse=True
+    )
     which, beside = np.full(places.shape, -1), np.zeros(places.shape)
-    which[there] = number
-    beside[there] = places[there] - found[number]
-    return found, which, beside
+    which[there] = number.ravel()
+    beside[there] = places[there] - near
+    return near[first], which, beside, shapes[there][first]

@@ -15,7 +15,7 @@ import numpy as np
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.design_entries import EFFECTS, varied
-from fringeforce.contacts.press import uniform
+from fringeforce.contacts.press import rounded
 from fringeforce.design.strip import Sensor
 from fringeforce.mechanics.finite_strain import finite_strip
 from fringeforce.mechanics.second_order import STEEP
@@ -176,7 +176,7 @@ def _added(made: Sensor, grid: Array, own: FrameContacts, share: float) -> Array
     """
     if made.skin is not None:
         each = zip(own.places, own.widths, own.forces, strict=True)
-        return SkinStrain(made, grid).under([uniform(x, width, force) for x, width, force in each])
+        return SkinStrain(made, grid).under([rounded(x, width, force) for x, width, force in each])
     strip = finite_strip(
         made.transducer,
         own.places,

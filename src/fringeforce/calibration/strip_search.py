@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -37,9 +38,10 @@ from fringeforce.calibration.bench_search import (
 )
 from fringeforce.calibration.checks import see_strip
 from fringeforce.calibration.columns import Columns
-from fringeforce.calibration.contact_phase import contact_phases, distinct
+from fringeforce.calibration.contact_phase import ContactSize, contact_phases, distinct
 from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior, varied
 from fringeforce.calibration.light.pattern import Pattern
+from fringeforce.calibration.round_contacts import under_radii
 from fringeforce.calibration.strain_phase import FrameContacts, StrainPhases
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.strip import Sensor
@@ -82,7 +84,6 @@ class StripSearch(BenchSearch):
     ) -> None:
         self.mechanical = tuple(path for path in paths if path != POSITIONS)
         self.centre = np.zeros(len(self.mechanical))
-        self.size = contact_size(sensor)
         super().__init__(sensor, levels, loads, paths, references, load_cell)
         self._strained()
         self.light = self.bench.template
@@ -110,11 +111,17 @@ class StripSearch(BenchSearch):
 
     def load(self, loads: BenchLoads) -> None:
         """Take the loads of all frames, and the places about which contacts are expanded."""
+        loads, shapes = under_radii(self.sensor, loads)
         self.loads = self.with_references(loads)
         places = np.where(loads.present, loads.places, np.nan)
-        self.places, which, beside = distinct(places, GRID)
+        self.places, which, beside, self.shapes = distinct(places, GRID, shapes)
         self.which = np.concatenate([which, np.full((self.lit, which.shape[1]), -1)])
         self.beside = np.concatenate([beside, np.zeros((self.lit, which.shape[1]))])
+
+    @cached_property
+    def size(self) -> ContactSize:
+        """Of the contacts, as first loaded; other delays of a list of loads hardly change it."""
+        return contact_size(self.sensor, self.loads)
 
     def own_places(self, contacts: int) -> tuple[slice, int, float]:
         """Where places of contacts stand among the own unknowns of a frame."""
@@ -134,7 +141,13 @@ class StripSearch(BenchSearch):
         """The bench as it is drawn and written down."""
         sensor, loads = self.sensor, self.loads
         contacts = contact_phases(
-            sensor, self.mechanical, self.centre, self.places, self.size, ENTRY_STEP[0]
+            sensor,
+            self.mechanical,
+            self.centre,
+            self.places,
+            self.size,
+            ENTRY_STEP[0],
+            shapes=self.shapes,
         )
         template, places, lamp = frame_template(sensor, contacts)
         moves, self.written = self.moves()
@@ -275,6 +288,7 @@ class StripSearch(BenchSearch):
             self.size,
             ENTRY_STEP[1],
             self.bench.contacts,
+            self.shapes,
         )
         template = self.bench.template._replace(mixing=contacts.mixing)
         self.bench = replace(self.bench, contacts=contacts, template=template)
@@ -307,7 +321,13 @@ class StripSearch(BenchSearch):
     def reload(self, alike: Mask) -> None:
         """Take other loads, as written down, but for frames with contacts like those before."""
         contacts = contact_phases(
-            self.sensor, self.mechanical, self.centre, self.places, self.size, ENTRY_STEP[1]
+            self.sensor,
+            self.mechanical,
+            self.centre,
+            self.places,
+            self.size,
+            ENTRY_STEP[1],
+            shapes=self.shapes,
         )
         moves, _ = self.moves()
         template = self.bench.template._replace(mixing=contacts.mixing)

@@ -70,9 +70,9 @@ class Tractions(NamedTuple):
         return np.diff(reached, axis=0)
 
 
-def uniform(x: float, width: float, force: Array) -> Tractions:
-    """A normal and a tangential force [N], shape (2,), spread evenly over a width about x [m]."""
-    places, shares = _profile("flat")
+def rounded(x: float, width: float, force: Array) -> Tractions:
+    """A normal and a tangential force [N], shape (2,), as Hertz's over a width about x [m]."""
+    places, shares = _profile("hertz")
     return Tractions(x + width / 2 * places, shares[:, None] * force)
 
 

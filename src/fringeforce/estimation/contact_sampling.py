@@ -89,7 +89,7 @@ class Contacts(NamedTuple):
         Of the loads before the frame.
     friction, stiff : float
         Largest |tangential| / normal force (negative if any), and penalty of pulling [1/N^2].
-    place, width, width_std, narrow : float
+    place, width, width_std, narrow, profile : float
         As of `FrameModel`, in units of the reach; deviations are zero for what is known.
     """
 
@@ -103,6 +103,7 @@ class Contacts(NamedTuple):
     width: float
     width_std: float
     narrow: float
+    profile: float
 
 
 def profile_basis(model: FrameModel) -> Array:
@@ -167,6 +168,7 @@ def contacts_about(
         model.width / model.reach,
         model.width_std / model.reach if at.fields > at.width else 0.0,
         model.narrow / model.reach,
+        model.profile,
     )
     shown = influence(found, unknowns[at.place : at.fields])
     target = unknowns[: at.loads] @ shown - (vectors[:, kept].T @ pull) / root
@@ -191,7 +193,7 @@ def _influence(contacts, z, moments, used, out):
             root = np.sqrt(value * value + contacts.narrow * contacts.narrow)
             wide, slope = (value + root) / 2, 0.5 * (1 + value / root)
         half = wide / 2
-        patch_moments(shift, half, moments[0, j], moments[1, j], moments[2, j])
+        patch_moments(shift, half, contacts.profile, moments[0, j], moments[1, j], moments[2, j])
         used[j] = 1
         for k in range(order):
             moments[1, j, k] *= contacts.place

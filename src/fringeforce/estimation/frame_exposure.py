@@ -29,22 +29,24 @@ _C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7 = map(float, _COSINE)
 
 
 @sums
-def patch_moments(place, half, mean, by_place, by_half):
-    """Moments of a patch at a place, and their derivatives by that and its half width.
+def patch_moments(place, half, profile, mean, by_place, by_half):
+    """Moments of a traction at a place, and their derivatives by that and its half width.
 
-    The mean of t^k between a and b is S_k / (k + 1) with S_k = a S_(k-1) + b^k, and changes with
-    its place by k times that of t^(k-1).
+    Those of (place + half u)^k, where u has the weight (1 - u^2)^(profile - 1), are Gegenbauer's
+    polynomials (Laplace's integral, DLMF 18.10.4), which follow each other in three terms.
     """
-    a, b = place + half, place - half
-    total = power = 1.0
-    change = before = 0.0
-    for k in range(len(mean)):
-        if k > 0:
-            before, power = power, power * b
-            change = total + a * change - k * before
-            total = a * total + power
-        mean[k], by_half[k] = total / (k + 1), change / (k + 1)
-        by_place[k] = k * mean[k - 1] if k > 0 else 0.0
+    squares = place * place - half * half
+    mean[0], by_place[0], by_half[0] = 1.0, 0.0, 0.0
+    if len(mean) > 1:
+        mean[1], by_place[1], by_half[1] = place, 1.0, 0.0
+    for k in range(2, len(mean)):
+        scale = 1 / (k + 2 * profile - 1)
+        one, two = 2 * (k + profile - 1) * scale * place, (k - 1) * scale
+        mean[k] = one * mean[k - 1] - two * squares * mean[k - 2]
+        by_place[k] = k * mean[k - 1]
+        by_half[k] = one * by_half[k - 1] - two * (
+            squares * by_half[k - 2] - 2 * half * mean[k - 2]
+        )
 
 
 def positive(value, soft):
@@ -76,7 +78,7 @@ def contact_moments(model, unknowns, j, mean, by_place, by_width):
     half = wide / (2 * model.reach)
     order = model.mixing.shape[1]
     own, one, other = np.empty(order), np.empty(order), np.empty(order)
-    patch_moments(shift / model.reach, half, own, one, other)
+    patch_moments(shift / model.reach, half, model.profile, own, one, other)
     along, across = model.place / model.reach, slope / 2 * model.width_std / model.reach
     for k in range(len(mean)):
         row = model.mixing[k]

@@ -20,14 +20,16 @@ tactel.
 
 from __future__ import annotations
 
-from math import comb
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import beta, comb
 
 Array = NDArray[np.float64]
 
+EVEN, HERTZ = 1.0, 1.5
+"""Profiles of tractions (1 - u^2)^(profile - 1) over the width, u from -1 to 1."""
 LEAST_PROFILE = 1e-4
 """Share of the largest singular value, of what likely contacts do to the phase, at which profiles
 and mixtures of moments are left out."""
@@ -68,6 +70,8 @@ class FrameModel(NamedTuple):
         Standard deviation of the places of contacts [m].
     width, width_std, narrow : float
         Width of contacts, its deviation, and the width below which it is kept positive [m].
+    profile : float
+        Of their tractions, EVEN or HERTZ.
     fields : ndarray, shape (r, m)
         Modes of the phase lead that no load causes [rad].
     fixed : ndarray, shape (m,)
@@ -125,6 +129,7 @@ class FrameModel(NamedTuple):
     width: float
     width_std: float
     narrow: float
+    profile: float
     fields: Array
     fixed: Array
     influence: Array
@@ -210,13 +215,14 @@ def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
     return first, weights
 
 
-def moment_table(order: int) -> Array:
-    """Coefficients of the moments of a uniform traction, shape (order, order // 2 + 1).
+def moment_table(order: int, profile: float) -> Array:
+    """Coefficients of the moments of a traction, shape (order, order // 2 + 1).
 
-    Mean of t^k over a patch about d of half width h: sum_i C(k, 2i) / (2i + 1) d^(k - 2i) h^(2i).
+    Mean of t^k about d over the half width h: sum_i C(k, 2i) U_i d^(k - 2i) h^(2i), where U_i is
+    the moment 2i of the weight (1 - u^2)^(p - 1), B(i + 1/2, p) / B(1/2, p) with the beta function.
     """
     table = np.zeros((order, order // 2 + 1))
     for k in range(order):
-        for i in range(k // 2 + 1):
-            table[k, i] = comb(k, 2 * i) / (2 * i + 1)
+        i = np.arange(k // 2 + 1)
+        table[k, : len(i)] = comb(k, 2 * i) * beta(i + 0.5, profile) / beta(0.5, profile)
     return table

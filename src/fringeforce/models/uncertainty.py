@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from fringeforce.design.light import CHANNELS, CROSSTALK, Polariscope, pairs_of_channels
-from fringeforce.design.strip import Sensor
+from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.design.tolerances import REACH, number_at, with_values
 from fringeforce.estimation.frame_model import (
+    EVEN,
     LEAST_PROFILE,
     FrameModel,
     Layout,
@@ -56,9 +57,10 @@ NODES = 5
 splines on them are good to 1e-4 of the peak of a line load."""
 SPLINE_SAMPLES, FIELD_SAMPLES = 8, 2
 """Samples between neighbouring nodes by which splines are fitted, and of random fields."""
-MOMENTS = 14
-"""Moments of a contact: polynomials in its place follow a line load to 2e-3 of its peak at the
-farthest place and a patch of 0.4 mm to 1e-4."""
+MOMENTS, FEWEST_MOMENTS, MOST_MOMENTS = 8, 14, 40
+"""Moments of a contact, for as far as it reaches in thicknesses of the cover: polynomials in its
+place follow a line load to 2e-3 of its peak at the farthest place and a patch as wide as the cover
+is thick to 1e-4; with more than 40, rounding of the powers is as large."""
 FOLLOWED_STDS = 3.5
 """Standard deviations of place, width and light up to which frames are followed."""
 SMALLEST = 5e-4
@@ -368,6 +370,7 @@ def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncerta
         width=width,
         width_std=widths,
         narrow=NARROW * max(width, widths),
+        profile=EVEN,
         fields=np.ascontiguousarray(fields),
         fixed=fixed,
         influence=coefficients(_powers(turning, psi), nodes),
@@ -547,18 +550,25 @@ def _contact_moments(
         light_line(sensor.transducer, sensor.camera),
     )
     constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
-    lines = phase_lead(line_moments(surface, centres, reach), constant)
-    table = moment_table(MOMENTS)
+    order = moments_within(reach, sensor.transducer)
+    lines = phase_lead(line_moments(surface, centres, reach, order), constant)
+    table = moment_table(order, EVEN)
     half = tactels.contact_width / 2 / reach
-    even = np.arange(0, MOMENTS, 2)
-    nominal = np.zeros(MOMENTS)
+    even = np.arange(0, order, 2)
+    nominal = np.zeros(order)
     nominal[even] = table[even, even // 2] * half**even
     out = np.asarray(lines * shown)
     out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", nominal, out)
     return np.ascontiguousarray(out), reach
 
 
-def line_moments(surface: SurfaceInfluence, centres: Array, reach: float) -> Array:
+def moments_within(reach: float, transducer: Transducer) -> int:
+    """How many moments contacts need that reach so far [m]."""
+    wanted = int(np.ceil(MOMENTS * reach / transducer.compliant.thickness))
+    return min(max(wanted, FEWEST_MOMENTS), MOST_MOMENTS)
+
+
+def line_moments(surface: SurfaceInfluence, centres: Array, reach: float, order: int) -> Array:
     """Influence of the moments of tractions about places, shape (c, 2, K, m) [Pa m / N].
 
     Least squares of the influence of line loads over their place, of equal weight at the angles of
@@ -572,17 +582,19 @@ def line_moments(surface: SurfaceInfluence, centres: Array, reach: float) -> Arr
         Places [m].
     reach : float
         Unit of length of the moments [m].
+    order : int
+        Number K of the moments.
     """
-    t = np.polynomial.chebyshev.chebpts1(4 * MOMENTS)
-    basis = np.linalg.pinv(np.polynomial.chebyshev.chebvander(t, MOMENTS - 1))
+    t = np.polynomial.chebyshev.chebpts1(4 * order)
+    basis = np.linalg.pinv(np.polynomial.chebyshev.chebvander(t, order - 1))
     powers = np.array(
         [
-            np.pad(np.polynomial.chebyshev.cheb2poly(row), (0, MOMENTS - 1 - k))
-            for k, row in enumerate(np.eye(MOMENTS))
+            np.pad(np.polynomial.chebyshev.cheb2poly(row), (0, order - 1 - k))
+            for k, row in enumerate(np.eye(order))
         ]
     )
     to_moments = powers.T @ basis
-    found = np.empty((len(centres), 2, MOMENTS, len(surface.stress)))
+    found = np.empty((len(centres), 2, order, len(surface.stress)))
     for own, centre in zip(found, centres, strict=True):
         shares = to_moments @ surface.shares(centre + reach * t, np.zeros(len(t)))
         own[:] = np.einsum("ks,mst->tkm", shares, surface.stress, optimize=True)
@@ -603,18 +615,23 @@ def mixed(moments: Array, reach: float, place: float, width: tuple[float, float]
     width : tuple of float
         Of contacts, and its standard deviation [m].
     """
-    mixing, spread = mixtures(moments, reach, place, width)
+    far = FOLLOWED_STDS * width[1]
+    mixing, spread = mixtures(moments, reach, place, (width[0] - far, width[0] + far))
     profiles = np.ascontiguousarray(np.einsum("kr,ntkm->ntrm", spread, moments))
     return {"moments": moments, "profiles": profiles, "mixing": mixing}
 
 
 def mixtures(
-    moments: Array, reach: float, place: float, width: tuple[float, float]
+    moments: Array,
+    reach: float,
+    place: float,
+    widths: tuple[float, float],
+    profile: float = EVEN,
 ) -> tuple[Array, Array]:
     """Mixtures of moments that are all that likely contacts need, and moments from them.
 
-    Principal components of the phase of a unit force over places and widths of contacts; what is
-    left out is below `LEAST_PROFILE` of it.
+    Principal components of the phase of a unit force over places and widths of contacts, from and
+    to [m]; what is left out is below `LEAST_PROFILE` of it.
 
     Returns
     -------
@@ -623,10 +640,10 @@ def mixtures(
     order = moments.shape[2]
     if order == 1:
         return np.eye(1), np.eye(1)
-    table, steps = moment_table(order), np.linspace(-FOLLOWED_STDS, FOLLOWED_STDS, 15)
+    table, steps = moment_table(order, profile), np.linspace(-FOLLOWED_STDS, FOLLOWED_STDS, 15)
     d, h = (
         grid.ravel() / reach
-        for grid in np.meshgrid(place * steps, np.maximum(width[0] + width[1] * steps, 0.0) / 2)
+        for grid in np.meshgrid(place * steps, np.maximum(np.linspace(*widths, 15), 0.0) / 2)
     )
     k, i = np.arange(order)[:, None], np.arange(table.shape[1])
     powers = np.power(d[:, None, None], np.maximum(k - 2 * i, 0))
