@@ -9,6 +9,7 @@ import numpy as np
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.contact_phase import ContactPhases, ContactSize
+from fringeforce.calibration.residual_length import FAINTEST
 from fringeforce.design.light import CROSSTALK
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
@@ -70,7 +71,7 @@ def smooth_fields(sensor: Sensor, x: Array, nodes: int, grey: Array) -> tuple[Ar
         What the same modes change in amplitude and offset: half of them the one, half the other.
         Each is of one channel; those that are even come first.
     """
-    residual = random_field(x, sensor.polariscope.residual_length, nodes)
+    residual = random_field(x, sensor.polariscope.residual_length, nodes, FAINTEST)
     uneven = random_field(x, LIGHT_LENGTH * sensor.transducer.length, nodes)
     each = np.eye(len(grey))
     even, uneven = np.kron(each, np.ones((1, nodes))), np.kron(each, uneven)

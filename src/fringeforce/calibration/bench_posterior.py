@@ -75,6 +75,12 @@ class Parts(NamedTuple):
         number = self._fields.index(name)
         return slice(self[number], self[number + 1])
 
+    def resized(self, name: str, count: int) -> Parts:
+        """The same with so many unknowns of one part."""
+        number = self._fields.index(name)
+        more = count - (self[number + 1] - self[number])
+        return Parts(*(place + more * (k > number) for k, place in enumerate(self)))
+
 
 def parts(
     design: int, columns: int, fields: int, bright: int, dark: int, crosstalk: int, written: int

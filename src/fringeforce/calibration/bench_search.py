@@ -139,6 +139,7 @@ class BenchSearch(ABC):
         self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0) | ERRORS
         self.changes = dict.fromkeys(self.sizes, 0.0)
         self.scattered = dict[str, Array]()
+        self.smoothing = True  # whether the last round found another smoothness of the residual
         self.lost = dict.fromkeys(self.sizes, False)
         self.load(loads if isinstance(loads, BenchLoads) else loads.at(self.delay))
         self.bench = self.first_bench()
@@ -262,6 +263,10 @@ class BenchSearch(ABC):
 
     def repattern(self) -> bool:
         """The likeliest pattern of the pixels; whether it changed."""
+        return False
+
+    def relength(self) -> bool:
+        """How smooth the residual is, as frames tell; whether it changed."""
         return False
 
     def free_columns(self) -> None:
@@ -410,7 +415,10 @@ class BenchSearch(ABC):
             self.lost[name] or abs(np.log(self.sizes[name] / sizes[name])) < CHANGED
             for name in sizes
         )
-        return same and still and not moved
+        settled = same and still and not moved
+        if settled or self.smoothing:
+            self.smoothing = self.relength()
+        return settled and not self.smoothing
 
     def _resize(self) -> None:
         """The sizes under which the frames are most probable, of what nobody states."""

@@ -107,11 +107,13 @@ def calibrate(
     values; the camera's shift and scale along the strip; amplitude and offset of the light and the
     retardance without load, as smooth fields; blur and gamma; of several channels the light of each
     and cross-talk that the design gives a tolerance; and of every frame the forces, places
-    and widths of its contacts about what is written down, and gain and offset of its light.  What
-    the design or the list of loads states as a tolerance is taken as stated; how far all else
-    scatters, the frames tell.  Where the strain of a strip is finite, each frame is solved at its
-    contacts as they are found.  Dead pixels and wrong loads are found, left out and named in the
-    result's `calibration`; its `imaging` carries the covariance, which readings add to their own.
+    and widths of its contacts about what is written down, and gain and offset of its light.  Of a
+    strip the retardance may be rougher than `residual_length` says, as far as frames make that
+    likely, down to the thickness of the cover.  What the design or the list of loads states as a
+    tolerance is taken as stated; how far all else scatters, the frames tell.  Where the strain of a
+    strip is finite, each frame is solved at its contacts as they are found.  Dead pixels and wrong
+    loads are found, left out and named in the result's `calibration`; its `imaging` carries the
+    covariance, which readings add to their own.
 
     Parameters
     ----------

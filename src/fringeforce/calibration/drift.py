@@ -6,8 +6,7 @@ its own unknowns are eliminated.
 
 A residual that is like the phase of loads, the same in every frame, is told from unknown loads by
 its smoothness alone, and how smooth it is nobody knows beforehand: what follows from several
-correlation lengths is averaged, each with the probability that the frames give it (Hoeting,
-Madigan, Raftery and Volinsky, Statistical Science 14, 382-417, 1999).
+correlation lengths is averaged, as `residual_length` says.
 """
 
 from __future__ import annotations
@@ -29,6 +28,7 @@ from fringeforce.calibration.crosstalk import allowed_shares
 from fringeforce.calibration.drift_report import EXPLAINED, FORCES, ROUNDS, Drift, Told, missed
 from fringeforce.calibration.load_log import LoadLog
 from fringeforce.calibration.pads.drift import updated_pad
+from fringeforce.calibration.residual_length import UNLIKELY, correlation_lengths, probabilities
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.light import light_of_channels, pairs_of_channels
@@ -50,12 +50,6 @@ STRENGTHS = np.linspace(-3, 3, 25)
 """Strengths of the effect that are tried for a frame of known loads, in standard deviations."""
 ATTEMPTS = 8
 """Starts of the search of a frame that is not explained."""
-SHORTER = 0.5**0.5
-"""Factor between correlation lengths of the residual that are tried: fields of one between pass for
-those of its neighbours, which they do not at a factor of two."""
-UNLIKELY = 1e-3
-"""Probability of a correlation length, over that of the likeliest, below which it is left out, and
-shorter ones are not tried."""
 
 
 @overload
@@ -206,16 +200,13 @@ def _of_likelier_sign(state: _State) -> tuple[_State, bool]:
 
 
 def _of_lengths(state: _State) -> list[_State]:
-    """The same under shorter and shorter correlation lengths of the residual, as far as likely.
-
-    Down to the thickness of the cover: no stress of casting and bonding varies faster.
-    """
-    found, thickness = [state], state.origin.sensor.transducer.compliant.thickness
-    while RESIDUAL in state.rows.names and SHORTER * found[-1].residual_length >= thickness:
-        shorter = found[-1].with_residual_length(SHORTER * found[-1].residual_length)
+    """The same under shorter and shorter correlation lengths of the residual, as far as likely."""
+    found, shown = [state], RESIDUAL in state.rows.names
+    for length in correlation_lengths(state.origin.sensor)[1:] if shown else []:
+        shorter = found[-1].with_residual_length(length)
         any(shorter.improve() for _ in range(ROUNDS))
         found.append(shorter)
-        weights = _probabilities(found)
+        weights = _weights(found)
         before, now = (one.readable.mean() for one in found[-2:])
         lost = before >= now < EXPLAINED  # another sensor is no rougher residual
         if lost or weights[-1] < UNLIKELY * weights.max():
@@ -223,22 +214,10 @@ def _of_lengths(state: _State) -> list[_State]:
     return found
 
 
-def _probabilities(states: list[_State]) -> Array:
-    """Probabilities of models that are as likely before the frames, by Laplace's approximation.
-
-    Parameters
-    ----------
-    states : list of _State, length k
-        Of the same frames; those count that all of them explain.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-    """
+def _weights(states: list[_State]) -> Array:
+    """Probabilities of models of the same frames, by those that all of them explain, shape (k,)."""
     common = np.all([one.readable for one in states], axis=0)
-    losses = np.array([one.evidence_loss(common) for one in states])
-    weights = np.exp((losses.min() - losses) / 2)
-    return np.asarray(weights / weights.sum())
+    return probabilities([one.evidence_loss(common) for one in states])
 
 
 def _begun(model: Any) -> Any:
@@ -709,7 +688,7 @@ class _Found(NamedTuple):
     @classmethod
     def of(cls, states: list[_State]) -> _Found:
         """The average of what follows from each length, with its probability as weight."""
-        weights = _probabilities(states)
+        weights = _weights(states)
         kept = weights >= UNLIKELY * weights.max()
         states = [one for one, is_kept in zip(states, kept, strict=True) if is_kept]
         weights = weights[kept] / weights[kept].sum()

@@ -7,13 +7,16 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.bench_expectation import (
     DOUBT,
+    FIELDS,
     SCALE,
     SHIFT,
     SMOOTH,
+    THINNED,
     contact_size,
     frame_template,
 )
@@ -25,6 +28,7 @@ from fringeforce.calibration.bench_posterior import (
     BenchPosterior,
     Expected,
     FrameModels,
+    State,
     parts,
 )
 from fringeforce.calibration.bench_search import (
@@ -41,6 +45,12 @@ from fringeforce.calibration.columns import Columns
 from fringeforce.calibration.contact_phase import ContactSize, contact_phases, distinct
 from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior, varied
 from fringeforce.calibration.light.pattern import Pattern
+from fringeforce.calibration.residual_length import (
+    UNLIKELY,
+    ResidualLengths,
+    alone,
+    correlation_lengths,
+)
 from fringeforce.calibration.round_contacts import under_radii
 from fringeforce.calibration.strain_phase import FrameContacts, StrainPhases
 from fringeforce.calibration.timed_loads import TimedLoads
@@ -49,6 +59,7 @@ from fringeforce.estimation.frame_exposure import expose, node_phase, positive
 from fringeforce.estimation.shared_fit import Eliminated
 from fringeforce.models.as_built import PLACEMENT, WIDTH
 from fringeforce.models.strip import characterize
+from fringeforce.models.uncertainty import FIELD_SAMPLES, SPLINE_SAMPLES
 from fringeforce.optics.camera import least_phase
 
 SHIFTS = np.arange(-2.0, 2.1, 0.25)
@@ -62,6 +73,9 @@ SMOOTH_DARK = 5
 FURTHEST = float(np.log(4.0))
 """Logarithm of a layer's thickness over that of the drawing beyond which it is another sensor: thin
 layers are solved on many small elements, and one as thick as the strip is long not at all."""
+STEADY_LENGTHS = 0.05
+"""Change of the probabilities of the residual's lengths, their total variation, below which they
+stay."""
 GRID = 1e-4
 """Step of places about which contacts are expanded, a part of how far that reaches [m]."""
 
@@ -86,6 +100,7 @@ class StripSearch(BenchSearch):
         self.centre = np.zeros(len(self.mechanical))
         super().__init__(sensor, levels, loads, paths, references, load_cell)
         self._strained()
+        self.length_weights = np.eye(1, len(correlation_lengths(sensor)))[0]
         self.light = self.bench.template
         self.pattern = self._first_pattern(references) if references else None
 
@@ -258,10 +273,8 @@ class StripSearch(BenchSearch):
     def free_columns(self) -> None:
         """Let the columns of tactels differ from those of the design."""
         made = characterize(varied(self.sensor, self.mechanical, self.centre))
-        columns, before = Columns.of(made), self.bench.at
-        lengths: list[int] = np.diff(before).tolist()
-        residual, bright, dark = lengths[4:7]
-        at = parts(lengths[0], columns.count, residual, bright, dark, *lengths[9:])
+        columns = Columns.of(made)
+        at = self.bench.at.resized("height", columns.count).resized("slope", columns.count)
         self.bench = replace(self.bench, columns=columns, at=at)
         added = np.arange(at.height, at.residual)
         kept = np.delete(np.arange(at.size), added)
@@ -362,6 +375,51 @@ class StripSearch(BenchSearch):
         )
         self.bench = replace(self.bench, template=template)
         return self.pattern.moved(before) > STEADY
+
+    @cached_property
+    def lengths(self) -> ResidualLengths:
+        """Correlation lengths that the residual may have."""
+        places = self.bench.places[:: SPLINE_SAMPLES // FIELD_SAMPLES // THINNED]
+        nodes = len(self.bench.template.fixed)
+        return ResidualLengths.of(correlation_lengths(self.sensor), places, nodes)
+
+    def relength(self) -> bool:
+        """Average over the residual's correlation lengths; whether their probabilities changed.
+
+        To second order about what was found.  A residual that hardly shows keeps the drawing's.
+        """
+        lengths, at, expected = self.lengths, self.bench.at, self.expected()
+        if len(lengths.roots) == 1:
+            return False
+        fine, shared = self._with_fields(lengths.fields)
+        flat = Expected(np.zeros(fine.at.size), expected.sizes)
+        posterior = BenchPosterior(fine, flat, self.kept.astype(float))
+        state = State(shared, self.state.own)
+        told = posterior.eliminated(state, posterior.models(shared))
+        gradient, information = posterior.normal(state, told)
+        own, rest = fine.at.own("residual"), np.delete(expected.precision, at.own("residual"))
+        weighed = lengths.weighed(*alone(information, information @ shared - gradient, own, rest))
+        moved = np.abs(weighed.weights - self.length_weights).sum() / 2
+        if weighed.gain < -2 * np.log(UNLIKELY) or moved < STEADY_LENGTHS:
+            return False
+        modes, size = lengths.averaged(weighed)
+        modes *= FIELDS["residual"]
+        self.length_weights, self.sizes["residual"] = weighed.weights, size / FIELDS["residual"]
+        self.bench, shared = self._with_fields(modes @ lengths.fields)
+        self.state = State(shared, self.state.own)
+        change = block_diag(np.eye(own.start), modes.T, np.eye(fine.at.size - own.stop))
+        self.information = change.T @ information @ change + self.expected().information
+        return True
+
+    def _with_fields(self, fields: Array) -> tuple[Bench, Array]:
+        """The bench with other modes of the residual, shape (r, m), and its shared unknowns."""
+        at, shared, template = self.bench.at, self.state.shared, self.bench.template
+        residual = shared[at.own("residual")] @ template.fields
+        nearest = np.linalg.lstsq(fields.T, residual, rcond=None)[0]
+        shared = np.concatenate([shared[: at.residual], nearest, shared[at.bright :]])
+        template = template._replace(fields=np.ascontiguousarray(fields))
+        at = at.resized("residual", len(fields))
+        return replace(self.bench, template=template, at=at), shared
 
     def residuals(self, models: FrameModels) -> Array:
         """Grey levels less those expected, in units of the noise, shape (F, P)."""

@@ -785,7 +785,7 @@ def _inside(x: Array, half: float) -> NDArray[np.bool_]:
     return np.abs(x) <= half * (1 + 1e-9)
 
 
-def random_field(x: Array, length: float, nodes: int) -> Array:
+def random_field(x: Array, length: float, nodes: int, smallest: float = SMALLEST) -> Array:
     """Modes of a smooth random field at the nodes, shape (k, m); see `karhunen_loeve`.
 
     Parameters
@@ -796,14 +796,17 @@ def random_field(x: Array, length: float, nodes: int) -> Array:
         Correlation length [m].
     nodes : int
         Number of nodes m.
+    smallest : float
+        As of `karhunen_loeve`.
     """
-    return coefficients(karhunen_loeve(x[:: SPLINE_SAMPLES // FIELD_SAMPLES], length), nodes)
+    samples = x[:: SPLINE_SAMPLES // FIELD_SAMPLES]
+    return coefficients(karhunen_loeve(samples, length, smallest), nodes)
 
 
 def karhunen_loeve(x: Array, length: float, smallest: float = SMALLEST) -> Array:
     """Modes of a Gaussian process of unit variance, shape (k, s): sum_k e_k row_k, e_k ~ N(0, 1).
 
-    The covariance is exp(-(distance / length)^2 / 2); its eigenvectors are the Karhunen-Loeve modes
+    The covariance is `squared_exponential`; its eigenvectors are the Karhunen-Loeve modes
     (Rasmussen and Williams, Gaussian Processes for Machine Learning, section 4.3).
 
     Parameters
@@ -815,7 +818,12 @@ def karhunen_loeve(x: Array, length: float, smallest: float = SMALLEST) -> Array
     smallest : float
         Variance of a mode, relative to the largest, below which it is left out.
     """
-    values, vectors = np.linalg.eigh(np.exp(-np.square(np.subtract.outer(x, x) / length) / 2))
+    values, vectors = np.linalg.eigh(squared_exponential(x, length))
     order = np.argsort(-values)
     kept = order[: int(np.sum(values > smallest * values.max()))]
     return np.ascontiguousarray((vectors[:, kept] * np.sqrt(values[kept])).T)
+
+
+def squared_exponential(x: Array, length: float) -> Array:
+    """Covariance exp(-(distance / length)^2 / 2) between places x (s,) [m], shape (s, s)."""
+    return np.asarray(np.exp(-np.square(np.subtract.outer(x, x) / length) / 2))
