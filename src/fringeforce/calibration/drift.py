@@ -577,6 +577,8 @@ class _State:
         if self.loss > lowest + 1:
             self.shared = (self.shared + best) / 2
             return False
+        if not self.readable.any() and not self.shared.any():
+            return True  # the model stays where it is, and would find the same again
         if self.near:
             self.best = self.loss, self.shared
         step = -np.linalg.solve(self.information, slope)

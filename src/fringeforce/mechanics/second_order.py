@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -28,6 +28,8 @@ FINER = 1 / 128
 STEEP = 6.0
 """Growth of elements beside ends, where the slope of the surface is logarithmic: there the first
 ones count, not their number; of 4 there are more elements, of 10 errors are a third larger."""
+KEPT = 256
+"""Loads of whose stress an expansion remembers what is beyond it: some kilobytes each."""
 PLACES = 400
 """Places over the middle half of the strip, without its corners, at which the light is compared."""
 
@@ -92,6 +94,20 @@ class Expansion:
         InputError
             If no stable state is found.
         """
+        key = np.asarray(forces, dtype=float).tobytes()
+        found = self._rests.get(key)
+        if found is None:
+            found = self._rests[key] = self._rest(forces)
+            for oldest in list(self._rests)[:-KEPT]:
+                self._rests.pop(oldest, None)
+        return found
+
+    @cached_property
+    def _rests(self) -> dict[bytes, Array]:
+        """What `rest` found last, by forces: readers of one strip ask for the same ones."""
+        return {}
+
+    def _rest(self, forces: Array) -> Array:
         strip, flat = self.strip, forces.ravel()
         state = strip.near(strip.load(forces), np.tensordot(flat, self.units, axes=1))
         return strip.seen_at_stations(state) - (self.first + self.second @ flat) @ flat
