@@ -26,6 +26,7 @@ extensions = [
     "mathml",
     "measured",
     "tried",
+    "python_names",
     "generated",
 ]
 exclude_patterns = ["generated/gallery/**/*.py", "generated/parts/**"]
