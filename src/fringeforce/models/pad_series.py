@@ -1,7 +1,7 @@
 """Influence of tactels by the exact series, summed over harmonics when forces are known.
 
-A change of the layers changes the waves that harmonics of tractions cause, and one of the pitch the
-harmonics of the forces.  Either takes two more solutions for single waves, but none for a tactel.
+A change of the layers changes the waves that harmonics of tractions cause, which takes two more
+solutions for single waves, but none for a tactel; one of the pitch, the harmonics of the forces.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class PadSeries:
         Parameters
         ----------
         path : str
-            Of the value.
+            Of a value of the layers.
         std : float
             Its standard deviation, about what the design states.
         """
@@ -118,20 +118,8 @@ class PadSeries:
             value = number_at(drawn, path)
             assert value is not None
             ends = [with_values(drawn, {path: value[0] + way * std}) for way in (-1.0, 1.0)]
-            change = self._moved if path.startswith("tactels.") else self._other
-            self._changes[path, std] = change(*ends)
+            self._changes[path, std] = self._other(*ends)
         return self._changes[path, std]
-
-    def _moved(self, behind: Pad, ahead: Pad) -> tuple[SeriesInfluence, ...]:
-        """`changes` from pads with other tactels."""
-        pairs = list(zip(*map(self.loads, (behind, self.pad, ahead)), strict=True))
-        along = [np.concatenate([x for x, _ in pair]) for pair in pairs]
-        across = [np.concatenate([y for _, y in pair]) for pair in pairs]
-        found = []
-        for shares in np.array(POWERS, dtype=np.float32)[..., None, None]:
-            loads = tuple((shares * x, y) for x, y in zip(along, across, strict=True))
-            found.append(SeriesInfluence(self, self.synthesis.waves, loads))
-        return tuple(found)
 
     def _other(self, behind: Pad, ahead: Pad) -> tuple[SeriesInfluence, ...]:
         """`changes` from pads with other layers."""

@@ -1,7 +1,8 @@
 """What is uncertain about a pad with a skin: tolerances as unknowns beside its contacts.
 
 Light, camera and residual are those of `PadUncertainty`.  Sizes and materials change the waves that
-harmonics of tractions cause, by the exact series at +- one standard deviation.
+harmonics of tractions cause, by the exact series at +- one standard deviation; the optical effect
+and the wavelength scale all of that.
 """
 
 from __future__ import annotations
@@ -17,9 +18,6 @@ from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad_skin import PadSkinModel
 from fringeforce.models.pad_synthesis import Synthesis
 from fringeforce.models.pad_uncertainty import (
-    EFFECTS,
-    LAYERS,
-    SCALING,
     Group,
     PadUncertainty,
     value_of,
@@ -40,20 +38,12 @@ class PadSkinUncertainty(PadUncertainty):
 
     @cached_property
     def _by_values(self) -> tuple[tuple[Group, tuple[Single, ...]], ...]:
-        """Unknowns of sizes and materials, and the change of the waves with their powers."""
-        return tuple(
-            (group, self._changed(group))
-            for group in self.groups
-            if group.path in SCALING or group.path.startswith(LAYERS)
-        )
+        """Unknowns of the layers, and the change of the waves with their powers."""
+        return tuple((group, self._changed(group)) for group in self.turning)
 
     def _changed(self, group: Group) -> tuple[Single, ...]:
-        pad, base = self.model.sensor, self.skin.waves
+        pad = self.model.sensor
         value = value_of(pad, group.path)
-        if group.path in SCALING:
-            share = group.std / value
-            powers = (share,) if group.path in EFFECTS else (-share, share**2)
-            return tuple(np.float32(power) * base for power in powers)
         plain = pad.model_copy(update={"tolerances": Tolerances()})
         behind, here, ahead = (
             self.skin.waves_of(with_values(plain, {group.path: value + way * group.std}))
@@ -68,24 +58,28 @@ class PadSkinUncertainty(PadUncertainty):
         for group, powers in self._by_values:
             for power, change in enumerate(powers, 1):
                 found = np.add(found, np.float32(extra[group.begin] ** power) * change)
-        return found
+        share = self.share(extra)
+        return found if share == 1 else np.float32(share) * found
 
     def waves_by_values(self, extra: Array) -> list[tuple[int, Single]]:
         """Numbers of the unknowns of sizes and materials, and derivatives of the waves by them."""
-        found = list[tuple[int, Single]]()
+        found, share = list[tuple[int, Single]](), np.float32(self.share(extra))
         for group, powers in self._by_values:
             unknown = float(extra[group.begin])
             slopes = (
                 np.float32(power * unknown ** (power - 1)) * change
                 for power, change in enumerate(powers, 1)
             )
-            found.append((group.begin, np.asarray(sum(slopes), dtype=np.float32)))
+            found.append((group.begin, share * np.asarray(sum(slopes), dtype=np.float32)))
+        if scaled := self.scaled(extra):
+            waves = self.waves(extra)
+            found += [(number, np.float32(slope) * waves) for number, slope in scaled]
         return found
 
     def synthesis(self, extra: Array) -> Synthesis:
         """From harmonics of tractions to retardance at the pixels, under unknowns."""
         moved = any(extra[group.begin] for group in self.registration)
-        if not self._by_values and not moved:
+        if not self.turning and not self.scaling and not moved:
             return self.skin.pixels
         return self.skin.synthesis(*self.looking(extra).pixel_positions, self.waves(extra))
 

@@ -7,7 +7,7 @@ tactels alone that are touched, and nothing is prepared for the others.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 
@@ -15,7 +15,12 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Index, Single
 from fringeforce.models.pad_series import Loads, PadSeries
+from fringeforce.models.pad_synthesis import Synthesis
 from fringeforce.models.pad_traction_modes import TractionMode
+from fringeforce.models.pad_turned_influence import TurnedSeries
+
+Kind = tuple[tuple[int, int], Index, Single]
+"""Mirror signs of functions, their numbers, shape (l,), and spectra, (l, m, n)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,19 +33,56 @@ class TractionInfluence:
         Of the pad.
     functions : tuple of TractionMode, length t
         The functions.
+    turned : TurnedSeries, optional
+        Where layers or pitch are off.
+    known : tuple of Kind, optional
+        Of the functions, if they are known.
     """
 
     series: PadSeries
     functions: tuple[TractionMode, ...]
+    turned: TurnedSeries | None = None
+    known: tuple[Kind, ...] | None = None
+
+    def under(self, turned: TurnedSeries) -> TractionInfluence:
+        """The same on a pad whose layers and pitch are off."""
+        return replace(self, turned=turned, known=self._spectra)
+
+    @cached_property
+    def _spectra(self) -> tuple[Kind, ...]:
+        """Functions by their mirror signs."""
+        if self.known is not None:
+            return self.known
+        signs, found = [one.shape.odd for one in self.functions], list[Kind]()
+        for odd in sorted(set(signs)):
+            numbers = np.flatnonzero([own == odd for own in signs])
+            spectra = np.array([self.functions[k].shape.spectrum for k in numbers], np.float32)
+            found.append((odd, numbers, spectra))
+        return tuple(found)
 
     @cached_property
     def _kinds(self) -> list[tuple[Index, Single, Loads]]:
         """Functions of the same mirror signs: numbers (l,), spectra (l, m, n) and loads."""
-        signs, found = [one.shape.odd for one in self.functions], []
-        for odd in sorted(set(signs)):
-            numbers = np.flatnonzero([own == odd for own in signs])
-            spectra = np.array([self.functions[k].shape.spectrum for k in numbers], np.float32)
-            found.append((numbers, spectra, self.series.loads(self.series.pad, odd)))
+        tactels = None if self.turned is None else self.turned.tactels
+        pad = tactels or self.series.pad
+        return [
+            (numbers, spectra, self.series.loads(pad, odd))
+            for odd, numbers, spectra in self._spectra
+        ]
+
+    @cached_property
+    def _synthesis(self) -> Synthesis:
+        found = self.series.synthesis
+        return found if self.turned is None else replace(found, waves=self.turned.own_waves)
+
+    def harmonics(self, shares: Array, forces: Array) -> Single:
+        """Harmonics of N, T_x and T_y, shape (3, m, n), of what `forward` takes."""
+        found = np.zeros(self.series.synthesis.waves.shape[2:], dtype=np.float32)
+        for numbers, spectra, loads in self._kinds:
+            acting = shares[numbers, :, None] * forces
+            each = acting.astype(np.float32).reshape(len(numbers), *self.series.base.count, 3)
+            for c, (own, (x, y)) in enumerate(zip(found, loads, strict=True)):
+                own += np.einsum("lmn,lmn->mn", x @ each[..., c] @ y.swapaxes(1, 2), spectra)
         return found
 
     def forward(self, shares: Array, forces: Array) -> Single:
@@ -53,14 +95,7 @@ class TractionInfluence:
         forces : ndarray, shape (n, 3)
             Forces that they are relative to [N].
         """
-        synthesis = self.series.synthesis
-        harmonics = np.zeros(synthesis.waves.shape[2:], dtype=np.float32)
-        for numbers, spectra, loads in self._kinds:
-            acting = shares[numbers, :, None] * forces
-            each = acting.astype(np.float32).reshape(len(numbers), *self.series.base.count, 3)
-            for c, (own, (x, y)) in enumerate(zip(harmonics, loads, strict=True)):
-                own += np.einsum("lmn,lmn->mn", x @ each[..., c] @ y.swapaxes(1, 2), spectra)
-        return synthesis.modes(harmonics)
+        return self._synthesis.modes(self.harmonics(shares, forces))
 
     def adjoint(self, grid: Single, tactels: Index) -> Array:
         """From derivatives by the coefficients to those by shares times forces, (t, l, 3).
@@ -72,7 +107,7 @@ class TractionInfluence:
         tactels : ndarray of int, shape (l,)
             Those that are asked for.
         """
-        harmonics = self.series.synthesis.adjoint(grid)
+        harmonics = self._synthesis.adjoint(grid)
         found = np.zeros((len(self.functions), len(tactels), 3))
         for numbers, spectra, loads in self._kinds:
             for c, (own, (x, y)) in enumerate(zip(harmonics, loads, strict=True)):
@@ -95,7 +130,7 @@ class TractionInfluence:
         dict
             By tactel that has any, by N, T_x and T_y, (3, 2, modes, r * c, end - begin) [rad/N].
         """
-        synthesis, places = self.series.synthesis, self.series.at(x, y)
+        synthesis, places = self._synthesis, self.series.at(x, y)
         (first, second), (_, rows) = synthesis.orders, self.series.base.count
         shape = 3, *synthesis.waves.shape[:2], len(y) * len(x)
         found = {

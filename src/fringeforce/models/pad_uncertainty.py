@@ -7,7 +7,8 @@ Those of a group act alike:
   Karhunen-Loeve modes of the unevenness of the light over the picture;
 - forms: what pixels measure of the light, for visibility, plates and angles;
 - blur, and where the pixels look;
-- influence: sizes and materials, from the exact series at +- one standard deviation;
+- influence: layers, from the exact series at +- one standard deviation; the pitch, and what only
+  scales it, exactly; what several of these change together is the product of what each changes;
 - residual: Karhunen-Loeve modes of the two parts of a smooth random retardance;
 - contacts: the functions of `pad_traction_modes` for the traction on every tactel.
 
@@ -16,10 +17,10 @@ A value without a tolerance has no unknown and costs nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,7 @@ from fringeforce.models.pad_series import PadSeries, SeriesInfluence
 from fringeforce.models.pad_slices import block_of
 from fringeforce.models.pad_traction_influence import TractionInfluence
 from fringeforce.models.pad_traction_modes import UNSEEN, TractionMode, traction_modes
+from fringeforce.models.pad_turned_influence import TurnedInfluence, TurnedSeries
 from fringeforce.models.uncertainty import DRIFTS, FOLLOWED_STDS, karhunen_loeve
 from fringeforce.optics.area_camera import Lens, Picture, pictures
 
@@ -46,6 +48,7 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 Number = TypeVar("Number", bound=np.generic)
+Made = TypeVar("Made")
 LinearInfluence = PadInfluence | SeriesInfluence
 
 SMALLEST = 2e-6
@@ -71,7 +74,10 @@ NEGLIGIBLE_ENTRY = 1e-7
 """Share of the largest entry of a spline's derivative below which single precision rounds it
 away."""
 STD_STEP = 0.1
-"""Step of numerical derivatives of the lens, in standard deviations."""
+"""Step of numerical derivatives of lens and pitch, in standard deviations."""
+LEAST_EFFECT = 0.1
+"""Share of an optical effect or a wavelength below which none is tried: light without it tells of
+nothing."""
 
 
 class ContactLight(Protocol):
@@ -461,14 +467,161 @@ class PadUncertainty:
 
     # mechanics
 
-    @cached_property
+    @property
     def values(self) -> tuple[tuple[Group, tuple[LinearInfluence, ...]], ...]:
-        """Unknowns of sizes and materials, and the change of the influence with their powers."""
+        """Unknowns of which powers change the influence, each by itself; those of calibrations."""
+        return ()
+
+    @cached_property
+    def turning(self) -> tuple[Group, ...]:
+        """Unknowns of layers and pitch."""
         return tuple(
-            (group, self._changes(group))
+            group
             for group in self.groups
-            if group.path in SCALING or group.path.startswith(LAYERS) or group.path == PITCH
+            if group.path == PITCH or (group.path.startswith(LAYERS) and group.path not in SCALING)
         )
+
+    @cached_property
+    def scaling(self) -> tuple[Group, ...]:
+        """Unknowns that only scale the influence."""
+        return tuple(group for group in self.groups if group.path in SCALING)
+
+    @cached_property
+    def turns(self) -> Array:
+        """Change of the influence over its peak by a deviation of each of `turning`, (d,).
+
+        It is that of the tactel in the corner, which the pitch moves most.
+        """
+        push = np.zeros(self.model.influence.shapes[0])
+        push[0] = 1.0
+        peak = np.abs(self.model.influence.forward(push)).max()
+        slopes = self.slopes(np.zeros(self.size))
+        return np.array([np.abs(one.forward(push)).max() / peak for _, one in slopes])
+
+    def share(self, extra: Array) -> float:
+        """Optical effect over that of the drawing under unknowns, shape (size,)."""
+        return float(np.prod([1.0, *(_scaled(*one, extra)[0] for one in self._shares)]))
+
+    def scaled(self, extra: Array) -> list[tuple[int, float]]:
+        """Numbers of unknowns that scale the influence, and derivatives of its logarithm."""
+        return [(one[0].begin, _scaled(*one, extra)[1]) for one in self._shares]
+
+    @cached_property
+    def _shares(self) -> tuple[tuple[Group, float], ...]:
+        """Unknowns that scale, and their deviations over the values."""
+        pad = self.model.sensor
+        return tuple((group, group.std / value_of(pad, group.path)) for group in self.scaling)
+
+    @cached_property
+    def _layers(self) -> tuple[tuple[Group, tuple[Single, ...]], ...]:
+        """Unknowns of layers, and changes of the waves with their powers."""
+        return tuple(
+            (
+                group,
+                tuple(one.waves for one in self.mechanics.changes(group.path, group.std)),
+            )
+            for group in self.turning
+            if group.path != PITCH
+        )
+
+    def _pitched(self, deviations: float) -> Pad:
+        """The design with its pitch so many deviations off."""
+        pad, group = self.model.sensor, self.group(PITCH)
+        assert group is not None
+        return with_values(pad, {PITCH: value_of(pad, PITCH) + deviations * group.std})
+
+    @cached_property
+    def _last(self) -> dict[str, tuple[tuple[float, ...], Any]]:
+        """What was made last, and for which unknowns: gradient and information ask again."""
+        return {}
+
+    def _again(self, name: str, extra: Array, make: Callable[[], Made]) -> Made:
+        """What was made last, if the unknowns of layers and pitch are the same."""
+        key = tuple(float(extra[group.begin]) for group in self.turning)
+        last = self._last.get(name)
+        if last is None or last[0] != key:
+            last = self._last[name] = key, make()
+        return last[1]
+
+    def turned(self, extra: Array) -> TurnedSeries:
+        """The series where layers and pitch are off, all together."""
+        return self._again("series", extra, lambda: self._turned(extra))
+
+    def _turned(self, extra: Array) -> TurnedSeries:
+        waves, tactels, pitch = None, None, self.group(PITCH)
+        if any(extra[group.begin] for group, _ in self._layers):
+            waves = self.mechanics.synthesis.waves.copy()
+            for group, powers in self._layers:
+                for power, change in enumerate(powers, 1):
+                    waves += np.float32(extra[group.begin] ** power) * change
+        if pitch is not None and extra[pitch.begin]:
+            tactels = self._pitched(float(extra[pitch.begin]))
+        return TurnedSeries(self.mechanics, waves, tactels)
+
+    def influence(self, extra: Array) -> TurnedInfluence:
+        """Retardance per force under unknowns of sizes and materials."""
+        added = (
+            ()
+            if not self.turning
+            else self._again("added", extra, lambda: self.turned(extra).added)
+        )
+        return TurnedInfluence(self.model.influence, added, self.share(extra))
+
+    def slopes(self, extra: Array) -> list[tuple[int, SeriesInfluence]]:
+        """Numbers of the unknowns of layers and pitch, and derivatives of the influence by them.
+
+        They are those of the effect as drawn.
+        """
+        if not self.turning:
+            return []
+        return self._again("slopes", extra, lambda: self._slopes_of(extra))
+
+    def by_turning(
+        self, forces: Array, extra: Array, reference: Array | None = None
+    ) -> Iterator[tuple[int, Single]]:
+        """Numbers of the same unknowns, and derivatives of `lit` by them."""
+        if not self.turning:
+            return
+        share, synthesis = np.float32(self.share(extra)), self.mechanics.synthesis
+        contacts, pitch = self._turned_contacts(extra), self.group(PITCH)
+        spread = forces if reference is None else reference
+        for number, slope in self.slopes(extra):
+            grid = slope.forward(forces)
+            if contacts is not None:
+                own = self.deviations(self.shown(spread)).any(axis=0)
+                told = own * self.deviations(extra), spread.reshape(-1, 3)
+                if pitch is not None and number == pitch.begin:
+                    ends = self._again("ends", extra, lambda: self._contact_ends(extra))
+                    behind, ahead = (end.harmonics(*told) for end in ends)
+                    harmonics = (ahead - behind) / np.float32(2 * STD_STEP)
+                else:
+                    harmonics = contacts.harmonics(*told)
+                grid += replace(synthesis, waves=slope.waves).modes(harmonics)
+            yield number, share * grid
+
+    def _contact_ends(self, extra: Array) -> list[TractionInfluence]:
+        """Light of tractions at a pitch a little smaller and a little larger."""
+        pitch, drawn, turned = self.group(PITCH), self._drawn_contacts, self.turned(extra)
+        assert pitch is not None
+        assert drawn is not None
+        here = float(extra[pitch.begin])
+        ends = [self._pitched(here + way * STD_STEP) for way in (-1, 1)]
+        return [drawn.under(replace(turned, tactels=end)) for end in ends]
+
+    def _slopes_of(self, extra: Array) -> list[tuple[int, SeriesInfluence]]:
+        turned, layers, found = self.turned(extra), dict(self._layers), []
+        for group in self.turning:
+            here = float(extra[group.begin])
+            if group.path == PITCH:
+                ends = [self._pitched(here + way * STD_STEP) for way in (-1, 1)]
+                found.append((group.begin, turned.by_pitch(ends, 2 * STD_STEP)))
+                continue
+            slope = sum(
+                np.float32(power * here ** (power - 1)) * change
+                for power, change in enumerate(layers[group], 1)
+            )
+            found.append((group.begin, turned.by_waves(np.asarray(slope, dtype=np.float32))))
+        return found
 
     @cached_property
     def mechanics(self) -> PadSeries:
@@ -478,14 +631,6 @@ class PadUncertainty:
             return self.series
         return PadSeries(self.model.sensor, base)
 
-    def _changes(self, group: Group) -> tuple[LinearInfluence, ...]:
-        value = value_of(self.model.sensor, group.path)
-        if group.path not in SCALING:
-            return self.mechanics.changes(group.path, group.std)
-        share = group.std / value
-        powers = (share,) if group.path in EFFECTS else (-share, share**2)
-        return tuple(_scaled(self.model.influence, power) for power in powers)
-
     @cached_property
     def tractions(self) -> tuple[TractionMode, ...]:
         """How the traction on every tactel may be unlike that on its square."""
@@ -494,9 +639,21 @@ class PadUncertainty:
     @cached_property
     def contacts(self) -> ContactLight | None:
         """Light of these functions, if there are any."""
-        if not self.tractions:
+        return self._drawn_contacts
+
+    @cached_property
+    def _drawn_contacts(self) -> TractionInfluence | None:
+        return TractionInfluence(self.mechanics, self.tractions) if self.tractions else None
+
+    def contacts_under(self, extra: Array) -> ContactLight | None:
+        """The same where layers and pitch are off, of the effect as drawn."""
+        return self._turned_contacts(extra) if self.turning else self.contacts
+
+    def _turned_contacts(self, extra: Array) -> TractionInfluence | None:
+        drawn = self._drawn_contacts
+        if drawn is None:
             return None
-        return TractionInfluence(self.mechanics, self.tractions)
+        return self._again("contacts", extra, lambda: drawn.under(self.turned(extra)))
 
     def deviations(self, extra: NDArray[Number]) -> NDArray[Number]:
         """Of what is told of all unknowns, shape (size,), that of the tractions, (functions, n)."""
@@ -537,16 +694,23 @@ class PadUncertainty:
         reference : ndarray, shape (3 n,), optional
             Forces that the spread of tractions is relative to; the forces themselves if not given.
         """
+        grid = self.lit(forces, extra, reference)
+        if self.group(RESIDUAL):
+            grid += self.residual(extra)
+        return grid
+
+    def lit(self, forces: Array, extra: Array, reference: Array | None = None) -> Single:
+        """The same of forces alone."""
         spread = forces if reference is None else reference
-        grid = self.model.influence.forward(forces)
+        grid = self.influence(extra).forward(forces)
         for group, powers in self.values:
             for power, change in enumerate(powers, 1):
                 grid += np.float32(extra[group.begin] ** power) * change.forward(forces)
-        if self.contacts is not None:
+        contacts = self.contacts_under(extra)
+        if contacts is not None:
             own = self.deviations(self.shown(spread)).any(axis=0)
-            grid += self.contacts.forward(own * self.deviations(extra), spread.reshape(-1, 3))
-        if self.group(RESIDUAL):
-            grid += self.residual(extra)
+            light = contacts.forward(own * self.deviations(extra), spread.reshape(-1, 3))
+            grid += np.float32(self.share(extra)) * light
         return grid
 
     def residual(self, extra: Array) -> Single:
@@ -563,22 +727,28 @@ class PadUncertainty:
         self, forces: Array, extra: Array, grid: Single, reference: Array | None = None
     ) -> tuple[Array, Array]:
         """Derivatives by forces (3 n,) and unknowns (size,) from that by spline coefficients."""
-        by_forces = self.model.influence.adjoint(grid)
-        by_extra = np.zeros(self.size)
+        by_forces, share = self.influence(extra).adjoint(grid), self.share(extra)
+        by_extra, pulled = np.zeros(self.size), float(by_forces @ forces)
         for group, powers in self.values:
             unknown = float(extra[group.begin])
             for power, change in enumerate(powers, 1):
                 back = change.adjoint(grid)
                 by_forces = by_forces + unknown**power * back
                 by_extra[group.begin] += power * unknown ** (power - 1) * float(back @ forces)
+        for number, own in self.by_turning(forces, extra, reference):
+            by_extra[number] = np.vdot(own, grid)
         loads = (forces if reference is None else reference).reshape(-1, 3)
-        if self.contacts is not None:
+        contacts = self.contacts_under(extra)
+        if contacts is not None:
             own = self.deviations(self.shown(loads)).any(axis=0)
-            back = self.contacts.adjoint(grid, np.flatnonzero(own))
+            back = share * contacts.adjoint(grid, np.flatnonzero(own))
             self.deviations(by_extra)[:, own] = np.einsum("tlc,lc->tl", back, loads[own])
+            spread = np.einsum("tlc,tl->lc", back, self.deviations(extra)[:, own])
+            pulled += float(np.vdot(spread, loads[own]))
             if reference is None:
-                pulled = np.einsum("tlc,tl->lc", back, self.deviations(extra)[:, own])
-                by_forces.reshape(-1, 3)[own] += pulled
+                by_forces.reshape(-1, 3)[own] += spread
+        for number, slope in self.scaled(extra):
+            by_extra[number] = slope * pulled
         if group := self.group(RESIDUAL):
             by_extra[group.place] = self.residual_adjoint(grid)
         return by_forces, by_extra
@@ -693,6 +863,17 @@ def _room(pad: Pad, path: str, value: float, step: float) -> tuple[float, float]
     return value - step, value + step
 
 
-def _scaled(influence: PadInfluence, share: float) -> PadInfluence:
-    quarters = tuple(np.float32(share) * quarter for quarter in influence.quarters)
-    return replace(influence, quarters=quarters)
+def _scaled(group: Group, share: float, extra: Array) -> tuple[float, float]:
+    """Factor of the influence by an unknown, and the derivative of its logarithm.
+
+    Parameters
+    ----------
+    group : Group
+        Of the effect, or of the wavelength, which divides it.
+    share : float
+        Its deviation over its value.
+    extra : ndarray, shape (size,)
+        The unknowns.
+    """
+    ratio = max(1 + share * float(extra[group.begin]), LEAST_EFFECT)
+    return (ratio, share / ratio) if group.path in EFFECTS else (1 / ratio, -share / ratio)

@@ -210,6 +210,16 @@ class BenchUncertainty(PadUncertainty):
             found.append((group, powers))
         return tuple(found)
 
+    @property
+    def turning(self) -> tuple[Group, ...]:
+        """None: values of layers enter by powers of their logarithms."""
+        return ()
+
+    @property
+    def scaling(self) -> tuple[Group, ...]:
+        """None, either."""
+        return ()
+
     def logarithmic(self, group: Group) -> float:
         """Standard deviation of the logarithm of a value."""
         return group.std / design_value((self.shared or self).model.sensor, group.path)

@@ -8,7 +8,7 @@ forms.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -32,8 +32,33 @@ STEPPED_SIDE, STATED_SIDE = 48, 64
 EACH_TACTEL = 4
 """The same for each tactel of a row, at least: with three, squared distances of followed forces
 were 1.15 times what was stated where light is retarded by 10 rad."""
+NEAR = 0.01
+"""Share of its peak by which the influence in the matrix of steps and covariance may be another
+than that of the unknowns: deviations are then as far off."""
 AT_ONCE = 256
 """Functions of tractions of which so many are combined at once: some tens of megabytes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Centre:
+    """Matrices of a pad whose layers and pitch are off, of the effect as drawn.
+
+    Attributes
+    ----------
+    at : ndarray, shape (d,)
+        How many deviations.
+    extra : ndarray, shape (q,)
+        All unknowns, of which others do not count.
+    influence : ndarray, shape (2, modes, r * c, 3 n)
+        That of squares [rad/N].
+    contacts : dict
+        That of functions of tractions, by tactel, as far as it is known.
+    """
+
+    at: Array
+    extra: Array
+    influence: Single
+    contacts: dict[int, Single] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,6 +212,8 @@ class Sampling(Lattice):
         flat = 2 * found.shape[1], *found.shape[2:]
         if known is None:
             return found.reshape(flat)
+        centre = self._near(state.extra)
+        found, share = centre.influence, known.share(state.extra)
         for group, powers in known.values:
             if unknown := float(state.extra[group.begin]):
                 if group.path not in self._values:
@@ -198,10 +225,36 @@ class Sampling(Lattice):
             shown = known.shown(state.forces)
             shares = known.deviations(state.extra * shown).astype(np.float32)
             found = found.copy()
-            for tactel, parts in self._contacts(known.deviations(shown).sum(axis=0)).items():
+            for tactel, parts in self._contacts(
+                centre, known.deviations(shown).sum(axis=0)
+            ).items():
                 spread = parts @ shares[: parts.shape[-1], tactel]
                 found[..., 3 * tactel : 3 * tactel + 3] += np.moveaxis(spread, 0, -1)
+        if share != 1:
+            found = np.float32(share) * found
         return found.reshape(flat)
+
+    def _near(self, extra: Array) -> Centre:
+        """Matrices of layers and pitch as they are under unknowns, or nearly so."""
+        known = self.uncertain
+        assert known is not None
+        at = np.array([extra[group.begin] for group in known.turning])
+        for centre in self._centres:
+            if not len(at) or np.abs(at - centre.at) @ known.turns < NEAR:
+                return centre
+        turned = self.influence
+        for one in known.influence(extra).added:
+            turned = turned + one.matrix(*self.places)
+        centre = Centre(at, extra.copy(), turned)
+        self._centres[1:] = [centre]
+        return centre
+
+    @cached_property
+    def _centres(self) -> list[Centre]:
+        """That of the drawing, and the last other one."""
+        known = self.uncertain
+        assert known is not None
+        return [Centre(np.zeros(len(known.turning)), np.zeros(known.size), self.influence)]
 
     @cached_property
     def _values(self) -> dict[str, list[Single]]:
@@ -259,6 +312,13 @@ class Sampling(Lattice):
         assert known is not None
         base = known.model.influence
         columns, rows = splines.basis(base.x, x), splines.basis(base.y, y)
+        grids = list(known.by_turning(state.forces, state.extra, state.reference))
+        if scaled := known.scaled(state.extra):
+            lit = known.lit(state.forces, state.extra, state.reference)
+            grids += [(number, np.float32(slope) * lit) for number, slope in scaled]
+        for number, grid in grids:
+            image = np.asarray(rows @ grid @ columns.T, dtype=np.float32)
+            yield number, image.reshape(-1, len(self.pixels))
         for group, powers in known.values:
             unknown = float(state.extra[group.begin])
             slopes = (power * unknown ** (power - 1) for power in range(1, len(powers) + 1))
@@ -281,36 +341,35 @@ class Sampling(Lattice):
         counts = known.deviations(shown).sum(axis=0)  # the strongest ones
         numbers = known.deviations(np.arange(known.size))
         # every tactel's would be written apart, and all at once would be large
-        contacts, own, size = self._contacts(counts), list[int](), 0
+        share = np.float32(known.share(state.extra))
+        contacts, own, size = self._contacts(self._near(state.extra), counts), list[int](), 0
         for tactel in contacts:
             own.append(tactel)
             size += int(counts[tactel])
             if size >= AT_ONCE or tactel == max(contacts):
                 parts = [np.tensordot(forces[k], contacts[k], 1) for k in own]
                 few = [numbers[: counts[k], k] for k in own]
-                yield np.concatenate(few), np.concatenate(parts, axis=-1)
+                yield np.concatenate(few), share * np.concatenate(parts, axis=-1)
                 own, size = [], 0
 
-    @cached_property
-    def _known(self) -> dict[int, Single]:
-        """What is known of `_contacts`."""
-        return {}
-
-    def _contacts(self, counts: Index) -> dict[int, Single]:
+    def _contacts(self, centre: Centre, counts: Index) -> dict[int, Single]:
         """Influence of the first functions of tractions, (3, 2, modes, r * c, count) by tactel.
 
         Parameters
         ----------
+        centre : Centre
+            Of layers and pitch.
         counts : ndarray of int, shape (n,)
             How many functions of every tactel.
         """
-        known = self._known
+        known = centre.contacts
         assert self.uncertain is not None
-        assert self.uncertain.contacts is not None
+        light = self.uncertain.contacts_under(centre.extra)
+        assert light is not None
         begin = np.zeros_like(counts)
         for tactel, parts in known.items():
             begin[tactel] = parts.shape[-1]
-        added = self.uncertain.contacts.matrices(*self.places, begin, counts)
+        added = light.matrices(*self.places, begin, counts)
         for tactel, parts in added.items():
             if tactel in known:
                 parts = np.concatenate([known[tactel], parts], axis=-1)
