@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 STEP = 1e-5
 LIGHTS = ({"amplitude": "180 +/- 3 %"}, {}, {"amplitude": "150 +/- 5 %", "offset": "9 +/- 0.5"})
 UNEQUAL = [one | light for one, light in zip(COLOURS["polariscope.channels"], LIGHTS, strict=True)]
-KERNEL = kernel_of.py_func  # pyrefly: ignore[missing-attribute]
+KERNEL = kernel_of.py_func
 
 
 @pytest.fixture(

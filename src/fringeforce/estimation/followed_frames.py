@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import copied, sums, sums_entry
+from fringeforce.estimation.compiling import apart, copied, sums, sums_entry
 from fringeforce.estimation.followed_point import Reference, Standing, compare, lay_out, stand
 from fringeforce.estimation.frame_exposure import fill_columns, fill_node_phase, lens
 from fringeforce.estimation.phase_stretches import emerged, motion
@@ -69,7 +69,7 @@ def standing_at(unknowns: Array, pixels: Pixels, reference: Reference) -> Standi
     return Standing(unknowns.copy(), state, *room)
 
 
-@sums
+@apart
 def _relinearise(model, reference, unknowns):
     """Take the change of the phase with the loads anew, where it is not linear in them."""
     nodes, loads = len(reference.fixed), model.at.loads
@@ -83,11 +83,11 @@ def _relinearise(model, reference, unknowns):
     copied(phase, reference.fixed)
 
 
-@sums
+@apart
 def _renew_gain(model, pixels, reference, standing):
     """Compute the inverse for the loads anew, where the loops stand."""
     at, size, one = model.at, len(standing.pull), np.float32(1)
-    rows, _, columns = pixels.shares.shape
+    rows, near_by, columns = pixels.shares.shape
     nodes, f = len(standing.nodes), pixels.first
     band, total = np.zeros((4, nodes), np.float32), np.zeros(columns, np.float32)
     weight, deviation = standing.back[:size], lens(model, standing.unknowns)[1]
@@ -108,8 +108,8 @@ def _renew_gain(model, pixels, reference, standing):
         else:
             for p in range(size):
                 weight[p] = steep[p] * steep[p] * used[p]
-        for k in range(4):
-            for step in range(4 - k):
+        for k in range(near_by):
+            for step in range(near_by - k):
                 total[:] = np.float32(0)
                 for t in range(rows):
                     near, away = pixels.shares[t, k], pixels.shares[t, k + step]
@@ -146,7 +146,7 @@ def _renew_gain(model, pixels, reference, standing):
                 reference.covariance[x, z] = reference.gain[x, z]
 
 
-@sums
+@apart
 def _renew_here(model, pixels, reference, standing, moved):
     """Compute the inverse anew; where nothing lasts, all is linearised where the loops stand.
 
@@ -180,7 +180,7 @@ def _step(reference, standing, step, own):
     return length
 
 
-@sums
+@apart
 def _fall(reference, standing, own, score):
     """What the loss would fall by a step of what lasts."""
     others, fall = len(reference.lasting), 0.0
@@ -198,7 +198,7 @@ def _fall(reference, standing, own, score):
     return fall
 
 
-@sums
+@apart
 def _covariance_here(reference, unknowns):
     """Covariance of the loads of a frame, shape (2n, 2n).
 
@@ -252,6 +252,14 @@ def follow_frames(model, pixels, reference, standing, frames, unknowns, loads, s
     why : int
         DONE, AGEING, STALE, ALARM, EMERGED, FAINT or GROWN.
     """
+    return _follow_frames(
+        model, pixels, reference, standing, frames, unknowns, loads, std, cov, squares
+    )
+
+
+@apart
+def _follow_frames(model, pixels, reference, standing, frames, unknowns, loads, std, cov, squares):
+    """As `follow_frames`."""
     many, lasting, state, x = (
         len(reference.fresh), len(reference.lasting), standing.state, standing.unknowns,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import part, sums
+from fringeforce.estimation.compiling import apart, sums
 from fringeforce.estimation.frame_exposure import by_gamma_of, encoded, lens, power_of
 from fringeforce.estimation.frame_loss import SOUND, pixel_loss
 from fringeforce.estimation.phase_stretches import Hidden, Stretches
@@ -188,7 +188,7 @@ class Standing(NamedTuple):
     gradient: Array
 
 
-@sums
+@apart
 def _swinging(ratio, bias, spread, lead, sine, swing):
     """Cosine of the phase of a channel, and minus its derivative by the lead; `lead` is scaled."""
     two, one = np.float32(2), np.float32(1)
@@ -203,7 +203,7 @@ def _swinging(ratio, bias, spread, lead, sine, swing):
             sine[p] = share * sine[p] + spread * spread * lead[p] * swing[p]
 
 
-@sums
+@apart
 def _mix(shares, values):
     """Mix what belongs to the channels, shape (C K,), by the shares of each."""
     own, size = values.copy(), len(values) // len(shares)
@@ -216,7 +216,7 @@ def _mix(shares, values):
                 out[p] += share * line[p]
 
 
-@sums
+@apart
 def _lit(pixels, modes, c, own, own_dark, work):
     """Fill in light of one channel that varies along the strip."""
     for kind in range(2):
@@ -236,7 +236,7 @@ def noise_of(model, channel):
     return np.sqrt(model.variance[channel * (len(model.variance) // len(model.bias))])
 
 
-@part
+@apart
 def stand(model, pixels, reference, standing):
     """Evaluate the point, into `standing`.
 
@@ -312,7 +312,7 @@ def stand(model, pixels, reference, standing):
     return shown, moved / np.float32(len(nodes))
 
 
-@sums
+@apart
 def _rests(level, grey, used, inverse, limits, pull):
     """Residuals in units of the noise, sum of their squares, how many are far off or clipped."""
     total, far, (limit, floor, ceiling) = np.float32(0), np.int32(0), limits
@@ -326,7 +326,7 @@ def _rests(level, grey, used, inverse, limits, pull):
     return total, far
 
 
-@sums
+@apart
 def _summed(pull, scale, rows):
     """Sum of the squared sums over the columns of one channel."""
     total, columns = np.float32(0), len(scale)
@@ -341,7 +341,7 @@ def _summed(pull, scale, rows):
     return total
 
 
-@part
+@apart
 def compare(model, pixels, reference, standing, whole):
     """Fill in the gradient of half the loss; squares, count, broken pixels and squares of sums.
 
@@ -449,7 +449,7 @@ def compare(model, pixels, reference, standing, whole):
     return squares, counted, broken, grouped
 
 
-@sums
+@apart
 def _light_pulled(model, pixels, reference, standing, c):
     """Add the gradient of half the loss by modes of light, of one channel."""
     at, unknowns, gradient, pull = model.at, standing.unknowns, standing.gradient, standing.pull

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.compiling import apart, sums, sums_entry
 from fringeforce.estimation.frame_exposure import dot, fill_exposure, workspace
 from fringeforce.estimation.frame_loss import Prior, frame_loss, weighed_squares
 from fringeforce.estimation.frame_model import FrameModel
@@ -20,7 +20,7 @@ UNDAMPED = 0.1
 """Damping below which a step is nearly that of Gauss and Newton."""
 
 
-@sums
+@apart
 def factorised(hessian, cone, damping, lower):
     """Root of H + cone + damping diag, into `lower`; False where it is not positive definite."""
     for i in range(len(lower)):
@@ -39,7 +39,7 @@ def factorised(hessian, cone, damping, lower):
     return True
 
 
-@sums
+@apart
 def substituted(lower, gradient, step):
     """Solve for the step to where the gradient vanishes, from the root of the Hessian."""
     size = len(step)
@@ -113,6 +113,12 @@ def climb(
 @sums_entry
 def _climb(model, prior, frame, start, heat, steps, tolerance, bound):
     """As `climb`; an argument that may be left out would have the loop compiled twice."""
+    return _climbed(model, prior, frame, start, heat, steps, tolerance, bound)
+
+
+@apart
+def _climbed(model, prior, frame, start, heat, steps, tolerance, bound):
+    """As `climb`."""
     sigma = np.sqrt(model.variance * heat)
     here, there, out = workspace(model), workspace(model), empty_linearised(model)
     lower, step = np.zeros_like(out.hessian), np.empty(len(start))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import copied, sums, sums_entry
+from fringeforce.estimation.compiling import apart, copied, sums, sums_entry
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def dot(a, b):
     return total
 
 
-@sums
+@apart
 def contact_moments(model, unknowns, j, mean, by_place, by_width):
     """Mixtures of moments of contact j, and derivatives by its standardised place and width."""
     at = model.at
@@ -90,7 +90,7 @@ def contact_moments(model, unknowns, j, mean, by_place, by_width):
         mean[k], by_place[k], by_width[k] = a, along * b, across * c
 
 
-@sums
+@apart
 def bend(curvature, unknowns, out):
     """Add the second order of the phase in the loads to `out`, shape (m,)."""
     for a in range(len(curvature)):
@@ -100,7 +100,7 @@ def bend(curvature, unknowns, out):
                 out[i] += factor * row[i]
 
 
-@sums
+@apart
 def bend_columns(curvature, unknowns, columns):
     """Add its change with every load to `columns`, shape (size, m)."""
     for a in range(len(curvature)):
@@ -111,7 +111,7 @@ def bend_columns(curvature, unknowns, columns):
                 own[i] += factor * row[i]
 
 
-@sums
+@apart
 def fill_node_phase(model, unknowns, out):
     """Phase lead at the nodes, into `out`, shape (m,)."""
     order, at = model.profiles.shape[2], model.at
@@ -139,7 +139,7 @@ def fill_node_phase(model, unknowns, out):
             out[i] += factor * row[i]
 
 
-@sums
+@apart
 def fill_columns(model, unknowns, columns):
     """Change of the phase at the nodes with every unknown that has one, shape (size, m)."""
     order, at = model.profiles.shape[2], model.at
@@ -171,10 +171,10 @@ def fill_columns(model, unknowns, columns):
                         turned[i] += slope * row[i]
     bend_columns(model.curvature, unknowns, columns)
     for r in range(len(model.fields)):
-        columns[at.fields + r] = model.fields[r]
+        copied(model.fields[r], columns[at.fields + r])
 
 
-@sums
+@apart
 def kernel_of(deviation):
     """One half of a Gaussian kernel, from its middle, as `optics.camera.blurred` says.
 
@@ -194,10 +194,15 @@ def kernel_of(deviation):
             after = kernel[step]
     else:
         kernel[0] = 1.0
-    return kernel / (2 * np.sum(kernel) - kernel[0])
+    total = kernel[0]
+    for step in range(1, reach + 1):
+        total += 2 * kernel[step]
+    for step in range(reach + 1):
+        kernel[step] /= total
+    return kernel
 
 
-@sums
+@apart
 def blurred(line, kernel, out):
     """A line behind a symmetric kernel; what lies beyond its ends is as the ends are."""
     size, reach = len(line), len(kernel) - 1
@@ -257,12 +262,15 @@ def power_of(model, unknowns):
     return model.gamma
 
 
-@sums
+@apart
 def channel_shares(model, unknowns):
     """Cross-talk with what is unknown of it, as `FrameModel.crosstalk`."""
     shares = model.crosstalk.copy()
     for k in range(len(model.leaks)):
-        shares += unknowns[model.at.crosstalk + k] * model.leaks[k]
+        e, leak = unknowns[model.at.crosstalk + k], model.leaks[k]
+        for c in range(len(shares)):
+            for d in range(shares.shape[1]):
+                shares[c, d] += e * leak[c, d]
     return shares
 
 
@@ -318,7 +326,7 @@ def _interpolated(model, nodes, out):
         begin = end
 
 
-@sums
+@apart
 def _light(model, unknowns, bright, dark):
     """Fill in the amplitude relative to the nominal one, and the offset."""
     at, m = model.at, len(model.fixed)
@@ -338,7 +346,7 @@ def _light(model, unknowns, bright, dark):
         dark[p] += model.offset[p]
 
 
-@sums
+@apart
 def fill_exposure(model, unknowns, work):
     """Grey levels of a frame; `work` holds what derivatives need of it."""
     nodes, phase, swing, seen, level, slope, bright = work
@@ -368,7 +376,7 @@ def fill_exposure(model, unknowns, work):
         if deviation > 0:
             blurred(line, kernel_of(deviation), seen[lines])
         else:
-            seen[lines] = line
+            copied(line, seen[lines])
     _light(model, unknowns, bright, slope)
     for p in range(len(phase)):
         level[p] = slope[p] + model.amplitude[p] * bright[p] * (1 - contrast * seen[p]) / 2
@@ -378,7 +386,7 @@ def fill_exposure(model, unknowns, work):
             level[p], slope[p] = encoded(model, gamma, level[p])
 
 
-@sums
+@apart
 def fill_slopes(model, unknowns, work, out):
     """Minus the derivative of every channel's fringes by the phase lead, without a point spread."""
     _, phase, swing, _, _, _, _ = work

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.compiling import apart, sums, sums_entry
 from fringeforce.estimation.frame_exposure import (
     blurred,
     by_gamma_of,
@@ -20,7 +20,7 @@ from fringeforce.estimation.frame_exposure import (
 from fringeforce.estimation.frame_loss import pixel_loss
 
 
-@sums
+@apart
 def fill_products(rows, columns, count, out):
     """Products of the first rows with the first columns, in the lower triangle, eight at a time."""
     for x in range(0, count - 1, 2):
@@ -94,6 +94,12 @@ def information(model, frame, unknowns, more):
     ndarray, shape (size + k, size + k)
         Half the second derivative of the loss without the prior (Gauss-Newton).
     """
+    return _information(model, frame, unknowns, more)
+
+
+@apart
+def _information(model, frame, unknowns, more):
+    """As `information`."""
     work, at, sigma = workspace(model), model.at, np.sqrt(model.variance)
     nodes, phase, swing, seen, level, slope, bright = work
     fill_exposure(model, unknowns, work)

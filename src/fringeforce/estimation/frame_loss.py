@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import sums, sums_entry
+from fringeforce.estimation.compiling import apart, sums, sums_entry
 from fringeforce.estimation.frame_exposure import fill_exposure, workspace
 
 Array = NDArray[np.float64]
@@ -100,7 +100,7 @@ def prior_loss(prior, loads, unknowns, heat):
     return total
 
 
-@sums
+@apart
 def frame_loss(model, prior, frame, unknowns, level, sigma, heat):
     """Twice the negative logarithm of the posterior, less a constant."""
     total = prior_loss(prior, model.at.loads, unknowns, heat)
@@ -110,7 +110,7 @@ def frame_loss(model, prior, frame, unknowns, level, sigma, heat):
     return total
 
 
-@sums
+@apart
 def weighed_squares(model, frame, level):
     """Weighted sum of squared residuals in units of the noise, sum of the weights, broken pixels.
 
@@ -129,7 +129,7 @@ def weighed_squares(model, frame, level):
     return square, count, broken
 
 
-@sums
+@apart
 def add_cone(prior, loads, unknowns, heat, cone, gradient):
     """Fill in what the cone adds to the Hessian, and add to the gradient."""
     cone[:] = 0.0

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import copied, sums, sums_entry
+from fringeforce.estimation.compiling import apart, copied, sums, sums_entry
 from fringeforce.estimation.frame_exposure import (
     blurred,
     by_gamma_of,
@@ -67,7 +67,7 @@ class Linearised(NamedTuple):
     band: Array
 
 
-@sums
+@apart
 def _spread_columns(columns, deviation):
     """Blur columns at the nodes, by a heat equation in steps that leave no wave larger.
 
@@ -87,7 +87,7 @@ def _spread_columns(columns, deviation):
                 line[i + 1] = here[i] + share * (left[i] + right[i] - 2 * here[i])
 
 
-@sums
+@apart
 def _blurred_back(line, kernel, out):
     """The transpose of `blurred`: what lies beyond the ends is added to the ends."""
     size, reach = len(line), len(kernel) - 1
@@ -115,12 +115,12 @@ def _side_by_side(model, values, out):
             row[r] = line[model.starts[r]]
 
 
-@sums
+@apart
 def _pulled(model, basis, pull, out):
     """Sums of a basis times the residuals, at the nodes between which each pixel lies."""
     runs, channels, m = len(model.starts) // len(model.bias), len(model.bias), len(model.fixed)
     total = np.zeros(len(model.starts))
-    for k in range(4):
+    for k in range(model.shares.shape[1]):
         total[:] = 0.0
         for t in range(len(basis)):
             own, other, share = basis[t], pull[t], model.shares[t, k]
@@ -132,7 +132,7 @@ def _pulled(model, basis, pull, out):
                 out[i + r] += total[c * runs + r]
 
 
-@sums
+@apart
 def _lumped(model, basis, other, out):
     """Sums of the products of two bases, at the two nodes beside each pixel."""
     runs, channels, m = len(model.starts) // len(model.bias), len(model.bias), len(model.fixed)
@@ -150,13 +150,13 @@ def _lumped(model, basis, other, out):
             out[i + 1 + r] += right[c * runs + r]
 
 
-@sums
+@apart
 def _banded(model, basis, other, band):
     """Sums of the products of two bases, at the pairs of nodes between which each pixel lies."""
     runs, channels = len(model.starts) // len(model.bias), len(model.bias)
-    total = np.zeros(len(model.starts))
-    for k in range(4):
-        for step in range(4 - k):
+    total, near_by = np.zeros(len(model.starts)), model.shares.shape[1]
+    for k in range(near_by):  # four, which the compiler must not know: it would write them out
+        for step in range(near_by - k):
             total[:] = 0.0
             for t in range(len(basis)):
                 one, two = basis[t], other[t]
@@ -169,7 +169,7 @@ def _banded(model, basis, other, band):
                     band[step, i + r] += total[c * runs + r]
 
 
-@sums
+@apart
 def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
     """Fill in `out`, of the frame that `work` holds."""
     _, phase, swing, seen, level, slope, bright = work
@@ -177,7 +177,8 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
     channels, pixels = len(model.bias), len(phase) // len(model.bias)
     contrast, deviation, by_blur = lens(model, unknowns)
     gamma, kinds = at.crosstalk > at.gamma, len(out.pulls)
-    hessian, gradient, cone, columns, weights, pulls, band = out
+    hessian, gradient, cone, columns = out.hessian, out.gradient, out.cone, out.columns
+    weights, pulls, band = out.weights, out.pulls, out.band
     fill_columns(model, unknowns, columns)
     weights[:], pulls[:], band[:] = 0.0, 0.0, 0.0
     slopes, smeared = np.empty(len(phase)), np.empty(pixels)
@@ -266,7 +267,7 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
     _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls, band)
 
 
-@sums
+@apart
 def of_all_channels(values, m):
     """Sums over the channels of what is at the nodes of all in turn, shape (m,)."""
     total = values[:m].copy()
@@ -275,7 +276,7 @@ def of_all_channels(values, m):
     return total
 
 
-@sums
+@apart
 def _weigh(band, rows, out):
     """Information at the nodes times changes of phase there, into `out`, shape (k, m)."""
     m, reach = rows.shape[1], len(band) - 1
@@ -311,7 +312,7 @@ def _rows(model):
     return rows
 
 
-@sums
+@apart
 def _assemble(model, prior, unknowns, heat, hessian, gradient, cone, columns, weights, pulls, band):
     """Hessian and gradient from the sums at the nodes."""
     at, m, count = model.at, columns.shape[1], len(model.bias) * columns.shape[1]
@@ -424,6 +425,12 @@ def linearise(model, prior, frame, unknowns):
     Linearised
         Of the loss at full likelihood.
     """
+    return _linearise(model, prior, frame, unknowns)
+
+
+@apart
+def _linearise(model, prior, frame, unknowns):
+    """As `linearise`."""
     work, out = workspace(model), empty_linearised(model)
     fill_exposure(model, unknowns, work)
     fill_linearised(model, prior, frame, unknowns, work, np.sqrt(model.variance), 1.0, out)

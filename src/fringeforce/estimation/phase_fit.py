@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import copied, part, sums, sums_entry
+from fringeforce.estimation.compiling import apart, copied, sums, sums_entry
 from fringeforce.estimation.frame_climb import factorised, substituted
 from fringeforce.estimation.frame_exposure import (
     bend,
@@ -122,7 +122,7 @@ def by_coordinates(model: FrameModel, basis: Array) -> FrameModel:
     )
 
 
-@sums
+@apart
 def _state(contacts, unknowns, state):
     """Coordinates of the contacts' phase, and the unknowns that are linear, into `state`."""
     begin, rank = contacts.at.fields, len(contacts.fixed)
@@ -131,7 +131,7 @@ def _state(contacts, unknowns, state):
         state[k] = unknowns[begin + k - rank]
 
 
-@sums
+@apart
 def _turned(rows, wave, order, out):
     """Rows in the coordinates that a root by pivots makes, four terms at a time.
 
@@ -158,7 +158,7 @@ def _turned(rows, wave, order, out):
                 own[z] += a * p[z]
 
 
-@sums
+@apart
 def _rooted(square, least, root, order):
     """Root of a positive semidefinite matrix by its largest pivots, in this order, then the others.
 
@@ -202,7 +202,7 @@ def _rooted(square, least, root, order):
     return rank
 
 
-@sums
+@apart
 def _shown(model, reduced, unknowns, columns, point):
     """Coordinates of the contacts' phase, and their change with every unknown.
 
@@ -261,7 +261,7 @@ def _shown(model, reduced, unknowns, columns, point):
             for i in range(rank):
                 point[i] += force * one[i]
             if bent:
-                columns[2 * j + c] = one
+                copied(one, columns[2 * j + c])
     bend(reduced.curvature, unknowns, point)
     if bent:
         bend_columns(reduced.curvature, unknowns, columns)
@@ -303,7 +303,7 @@ def _is_linear(contacts, x):
     return not begin <= x < begin + len(contacts.influence)
 
 
-@sums
+@apart
 def _reduced(contacts, prior, known):
     """Eliminate what is linear from the information about a state."""
     at, rank = contacts.at, len(contacts.fixed)
@@ -359,7 +359,7 @@ def _reduced(contacts, prior, known):
     )
 
 
-@sums
+@apart
 def _told(contacts, prior, reduced, slope, start, pulled, told):
     """What a slope of the loss by the state pulls at what is linear, and at the coordinates."""
     at, rank, root, cross = contacts.at, len(contacts.fixed), reduced.root, reduced.cross
@@ -384,7 +384,7 @@ def _told(contacts, prior, reduced, slope, start, pulled, told):
         told[k] = total / reduced.wave[k, top]
 
 
-@sums
+@apart
 def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tolerance):
     """The unknowns that fit best, what is linear aside, by Levenberg and Marquardt's steps.
 
@@ -456,7 +456,7 @@ def _value(contacts, prior, told, held, origin, point, unknowns, heat):
     return total
 
 
-@sums
+@apart
 def _follow(contacts, reduced, before, pulled, start, unknowns):
     """What is linear follows the others, in `unknowns`."""
     rank, linear, root = len(contacts.fixed), len(pulled), reduced.root
@@ -472,7 +472,7 @@ def _follow(contacts, reduced, before, pulled, start, unknowns):
             unknowns[contacts.at.fields + x] = start[contacts.at.fields + x] - pulled[x]
 
 
-@part
+@apart
 def _fitted(contacts, prior, about, held, before, start, heat, steps, tolerance):
     """The unknowns that fit best to a frame that is quadratic in the state about one.
 
@@ -527,6 +527,14 @@ def settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, t
     unknowns, loss, square, count
         As of `climb`.
     """
+    return _settled(
+        model, contacts, plain, prior, frame, start, heats, rounds, steps, tolerance, bound
+    )
+
+
+@apart
+def _settled(model, contacts, plain, prior, frame, start, heats, rounds, steps, tolerance, bound):
+    """As `settled`."""
     here, there, out = workspace(model), workspace(model), empty_linearised(model)
     unknowns = start.copy()
     before, after = np.empty(len(out.gradient)), np.empty(len(out.gradient))
@@ -603,6 +611,12 @@ def changed(contacts, prior, about, state, unknowns, pulls, starts, steps):
     kept : ndarray, shape (k,)
         What of the squared change, in deviations, they follow, less what the prior's loss grows by.
     """
+    return _changed(contacts, prior, about, state, unknowns, pulls, starts, steps)
+
+
+@apart
+def _changed(contacts, prior, about, state, unknowns, pulls, starts, steps):
+    """As `changed`."""
     found, kept = np.empty((len(pulls), len(unknowns))), np.empty(len(pulls))
     reduced = _reduced(contacts, prior, about.hessian)
     pulled, told = np.empty(len(reduced.root)), np.empty(len(reduced.order))

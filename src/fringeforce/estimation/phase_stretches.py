@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import part, sums, sums_entry
+from fringeforce.estimation.compiling import apart, part, sums, sums_entry
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import CONFIDENCE, NEGLIGIBLE_LOSS
 from fringeforce.estimation.residual_test import square_limit
@@ -191,7 +191,7 @@ def motion(nodes, before):
     return way
 
 
-@sums
+@apart
 def _renewed(nodes, stretches, hidden):
     """Take a phase into what is known of its sides; they are open where it may have crossed.
 
@@ -228,7 +228,7 @@ def _renewed(nodes, stretches, hidden):
         begin = end
 
 
-@sums
+@apart
 def _may_cross(nodes, begin, end, hidden, columns, precision):
     """Whether bright light, and what is known before it, leave both sides to a stretch.
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.estimation.compiling import sums
+from fringeforce.estimation.compiling import apart, sums
 from fringeforce.estimation.frame_model import FrameModel
 
 Single = NDArray[np.float32]
@@ -89,7 +89,7 @@ def pixels_of(model: FrameModel, used: NDArray[np.bool_]) -> Pixels:
     )
 
 
-@sums
+@apart
 def interpolate(pixels, nodes, out):
     """Values at the pixels of one channel, from those at the nodes."""
     rows, _, columns = pixels.shares.shape
@@ -107,7 +107,7 @@ def interpolate(pixels, nodes, out):
             line[r] = (w0[r] * a[r] + w1[r] * b[r]) + (w2[r] * c[r] + w3[r] * d[r])
 
 
-@sums
+@apart
 def gather(pixels, values, out):
     """Add what the nodes get of the pixels: the transpose of `interpolate`."""
     rows, _, columns = pixels.shares.shape
@@ -142,7 +142,7 @@ def in_columns(pixels, line, out):
         out[k] = line[pixels.order[k]]
 
 
-@sums
+@apart
 def _padded_sum(padded, kernel, size, out):
     """Sums of a padded line times a symmetric kernel, four steps at a time."""
     reach = len(kernel) - 1
@@ -166,7 +166,7 @@ def _padded_sum(padded, kernel, size, out):
             out[p] += a * (left[p] + right[p])
 
 
-@sums
+@apart
 def smear(line, kernel, padded, out):
     """A line behind a symmetric kernel; what lies beyond its ends is as the ends are."""
     size, reach = len(line), len(kernel) - 1
@@ -178,7 +178,7 @@ def smear(line, kernel, padded, out):
     _padded_sum(padded, kernel, size, out)
 
 
-@sums
+@apart
 def smear_back(line, kernel, padded, out):
     """The transpose of `smear`."""
     size, reach = len(line), len(kernel) - 1
