@@ -8,6 +8,7 @@ from fringeforce.calibration.bench_expectation import contact_size
 from fringeforce.calibration.bench_loads import bench_loads
 from fringeforce.calibration.contact_phase import contact_phases
 from fringeforce.calibration.round_contacts import under_radii
+from fringeforce.contacts.press import Profile
 from fringeforce.estimation.frame_model import EVEN, HERTZ, moment_table
 from fringeforce.models.presses import press_phase
 
@@ -15,7 +16,7 @@ ORDER = 12
 
 
 @pytest.mark.parametrize(("profile", "kind"), [(EVEN, "flat"), (HERTZ, "hertz")])
-def test_moments_are_those_of_the_tractions_of_presses(profile: float, kind: str) -> None:
+def test_moments_are_those_of_the_tractions_of_presses(profile: float, kind: Profile) -> None:
     press = ff.Press(x=0.3, normal=1.0, width=1.4, profile=kind)
     places, forces = press.distributed()
     table = moment_table(ORDER, profile)
