@@ -1,6 +1,6 @@
 """The explorer in a process of its own, for browsers."""
 
-import os
+import multiprocessing
 import shutil
 import socket
 from contextlib import AbstractContextManager
@@ -8,14 +8,14 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from unittest.mock import patch
 
-from fringeforce.base.child_process import end_with_parent, fresh_processes
+from fringeforce.base.child_process import end_with_parent
 from fringeforce.design.files import load_sensor
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.explorer.live import Source
 from fringeforce.explorer.server import serve
 from fringeforce.explorer.session import FirstDesign
-from fringeforce.explorer.workers import LIBRARIES, Workers
+from fringeforce.explorer.workers import Workers
 
 TOKEN = "token-of-the-tests"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -31,14 +31,7 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
-def _serve(
-    port: int,
-    ready: Connection,
-    sensor: Sensor | Pad,
-    camera: Source | None,
-    variables: dict[str, str],
-) -> None:
-    os.environ.update(variables)
+def _serve(port: int, ready: Connection, sensor: Sensor | Pad, camera: Source | None) -> None:
     end_with_parent()
     serve(FirstDesign(sensor), TOKEN, "127.0.0.1", port, ready.send, camera)
 
@@ -54,10 +47,10 @@ class LocalServer:
         self.process: BaseProcess | None = None
 
     def start(self) -> None:
-        context = fresh_processes(LIBRARIES)
+        context = multiprocessing.get_context("spawn")
         told, tell = context.Pipe(duplex=False)
         self.process = context.Process(
-            target=_serve, args=(self.port, tell, self.sensor, self.camera, dict(os.environ))
+            target=_serve, args=(self.port, tell, self.sensor, self.camera)
         )
         self.process.start()
         assert told.poll(60), "the server did not start"

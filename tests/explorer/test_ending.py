@@ -36,12 +36,8 @@ def parents() -> dict[int, int]:
     return found
 
 
-def begun_by(process: int) -> set[int]:
-    """Processes that one started, that those started, and so on."""
-    known, found = parents(), {process}
-    while more := {one for one, parent in known.items() if parent in found} - found:
-        found |= more
-    return found - {process}
+def children(process: int) -> set[int]:
+    return {child for child, parent in parents().items() if parent == process}
 
 
 def becomes(true: Callable[[], bool]) -> bool:
@@ -74,7 +70,7 @@ def test_workers_and_their_files_end_with_the_server(
     server = local.process.pid
     assert server is not None
     # workers that compute at this moment, for the server warms up
-    workers = begun_by(server)
+    workers = children(server)
     assert workers
     os.kill(server, end)
     assert becomes(lambda: not workers & parents().keys())

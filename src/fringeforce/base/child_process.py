@@ -1,39 +1,15 @@
-"""Processes that begin without what another has, and end with it even if it is killed."""
+"""Processes that end with the one that started them, even if that one is killed."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import shutil
-import sys
 import threading
 import time
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:  # Windows has no ForkServerContext
-    from multiprocessing.context import ForkServerContext, SpawnContext
 
 TRIES, PAUSE = 40, 0.05
 """How often, and after what pause [s], a folder is removed until it is gone."""
-
-
-def fresh_processes(modules: Sequence[str]) -> SpawnContext | ForkServerContext:
-    """How to start processes that have nothing of this one, such as its threads.
-
-    On Linux they are copies of a process that imports the modules once; elsewhere each is a new
-    interpreter, which imports for a second or two.
-
-    Parameters
-    ----------
-    modules : sequence of str
-        What they need.  Who asks first in a process decides what is imported beforehand.
-    """
-    if sys.platform != "linux":
-        return multiprocessing.get_context("spawn")
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(list(modules))
-    return context
 
 
 def end_with_parent(folder: str | None = None) -> threading.Thread:

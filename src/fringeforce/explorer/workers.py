@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import multiprocessing
 import os
 import signal
 import tempfile
@@ -12,21 +13,14 @@ from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any
 
-from fringeforce.base.child_process import end_with_parent, fresh_processes
+from fringeforce.base.child_process import end_with_parent
 from fringeforce.explorer.page import Page, Process
 from fringeforce.explorer.protocol import AboutDesign
 from fringeforce.explorer.tasks import Answer, Solved, solve
-
-LIBRARIES = (
-    "fringeforce.explorer.workers",
-    "fringeforce.explorer.solution",
-    "fringeforce.reading.reader",
-)
-"""Modules that import what the processes of every page need."""
 
 
 class Worker:
@@ -45,7 +39,7 @@ class Worker:
 
     def __init__(self, patient: bool = False, folder: str | None = None) -> None:
         self._manner = patient, folder
-        self._running: tuple[BaseProcess, Connection] | None = None
+        self._running: tuple[SpawnProcess, Connection] | None = None
         self._closed, self._turn = False, asyncio.Lock()
 
     async def run(self, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -82,9 +76,9 @@ class Worker:
             self._running[0].kill()
             self._running[0].join()
 
-    def _started(self) -> tuple[BaseProcess, Connection]:
-        # no fork of the server, which has threads
-        context = fresh_processes(LIBRARIES)
+    def _started(self) -> tuple[SpawnProcess, Connection]:
+        # a fresh interpreter, because the server's own has threads that must not be forked
+        context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         process = context.Process(target=_serve, args=(theirs, *self._manner), daemon=True)
         process.start()
@@ -97,7 +91,7 @@ def _exchanged(pipe: Connection, task: Any) -> Any:
     return pipe.recv()
 
 
-def _ended(process: BaseProcess, pipe: Connection) -> None:
+def _ended(process: SpawnProcess, pipe: Connection) -> None:
     process.kill()
     process.join()
     pipe.close()
