@@ -46,24 +46,3 @@ def test_the_light_of_a_cylinder_is_that_of_its_tractions(
     true = press_phase(skin, x, [press])
     # a pixel of noise is a hundredth of the peak
     np.testing.assert_allclose(found, true, rtol=0, atol=1e-3 * np.abs(true).max())
-
-
-@pytest.mark.slow
-def test_a_contact_that_is_spread_otherwise_is_not_called_another_load(
-    sensor: ff.Sensor, model: ff.SensorModel
-) -> None:
-    rng = np.random.default_rng(0)
-    places, normal = rng.uniform(-4e-3, 4e-3, 13), rng.uniform(0.5, 2.5, 13)
-    widths = [0.4e-3] * 12 + [2e-3]
-    presses = [
-        [ff.Press(x=x, normal=n, width=w, profile="flat")]
-        for x, n, w in zip(places, normal, widths, strict=True)
-    ]
-    found = ff.calibrate(
-        sensor, model.expose(presses, rng), bench_loads(places, normal[:, None] * [1, 0])
-    )
-    assert found.calibration is not None
-    assert found.calibration.outliers == (12,)
-    (said,) = [line for line in found.calibration.findings if line.startswith("Frame 12")]
-    assert "width_mm" in said
-    assert "looks like" not in said

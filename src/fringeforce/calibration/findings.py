@@ -8,13 +8,12 @@ from typing import cast
 import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
-from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads, loads_on_tactels
 from fringeforce.calibration.checks import remarks
 from fringeforce.calibration.design_entries import DEVIATION
 from fringeforce.contacts.resultant import Resultant, touch
 from fringeforce.design.strip import Sensor
-from fringeforce.models.as_built import PLACEMENT, WIDTH
+from fringeforce.models.as_built import PLACEMENT
 from fringeforce.models.bench_record import BenchRecord
 from fringeforce.models.imaging import ABSOLUTE, Calibration
 from fringeforce.models.strip import SensorModel
@@ -156,7 +155,7 @@ def _wrong_load(model: SensorModel, levels: Array, loads: BenchLoads, row: int) 
     if model.calibration is None or not model.calibration.usable:
         return f"{said}."  # what is of no use reads nothing that can be believed
     if there := _found_elsewhere(model.calibration, row):
-        return f"{said}; {there}."
+        return f"{said}; it looks like {there}."
     reading = Reader(model).search(levels.reshape(model.frame_shape))
     if reading.status in (Status.OK, Status.AMBIGUOUS, Status.NO_CONTACT):
         clear = np.where(np.abs(reading.forces) > 3 * reading.std, reading.forces, 0.0)
@@ -167,21 +166,14 @@ def _wrong_load(model: SensorModel, levels: Array, loads: BenchLoads, row: int) 
 
 
 def _found_elsewhere(found: Calibration, row: int) -> str:
-    """What the single contact of a frame left out looks like, if it was found."""
+    """The single contact of a frame left out, if it was found."""
     record = found.record
-    own = np.flatnonzero(record.frames == row) if record is not None else []
-    if record is None or len(own) != 1 or not np.isfinite(record.found[own[0], :3]).all():
+    if record is None:
         return ""
-    there, written, std = (part[own[0], :3] for part in (record.found, record.written, record.std))
-    scatter = DOUBT["normal"] * np.linalg.norm(written[1:])
-    usual = np.hypot(std, [DOUBT["place"], scatter, scatter])
-    if (np.abs(there - written) < 3 * usual).all():
-        return (
-            "its place and forces read as recorded, so that the force may be spread otherwise than "
-            "expected: state width_mm of the contact, or radius_mm of a round indenter"
-        )
-    x, normal, tangential = there
-    return f"it looks like {normal:.3g} N normal, {tangential:.3g} N tangential at {x * 1e3:.3g} mm"
+    for x, normal, tangential, _ in record.found[record.frames == row]:
+        if np.isfinite([x, normal, tangential]).all():
+            return f"{normal:.3g} N normal, {tangential:.3g} N tangential at {x * 1e3:.3g} mm"
+    return ""
 
 
 def with_readings(record: BenchRecord, model: SensorModel, levels: Array) -> BenchRecord:
@@ -208,18 +200,11 @@ def with_readings(record: BenchRecord, model: SensorModel, levels: Array) -> Ben
 
 
 def _anywhere(model: SensorModel) -> Reader:
-    """A reader that allows for contacts of any place and width, where no tolerance does."""
-    sensor = model.sensor
-    if sensor.skin is not None:
+    """A reader that allows for contacts anywhere between the tactels, where no tolerance does."""
+    if model.sensor.skin is not None or PLACEMENT in model.sensor.tolerances:
         return Reader(model)
-    between = 1e3 * sensor.tactels.pitch / np.sqrt(12)  # of what is uniform over a pitch
-    drawn = {PLACEMENT: sensor.tactels.placement, WIDTH: sensor.tactels.contact_width}
-    free = {
-        path: f"{1e3 * value:.6g} +/- {between:.6g} mm"
-        for path, value in drawn.items()
-        if path not in sensor.tolerances
-    }
-    return Reader(model.with_tolerances(**free))
+    between = 1e3 * model.sensor.tactels.pitch / np.sqrt(12)  # of what is uniform over a pitch
+    return Reader(model.with_tolerances(**{PLACEMENT: f"0 +/- {between:.6g} mm"}))
 
 
 def _read(reader: Reader, levels: Array) -> tuple[Array, Array]:
