@@ -150,11 +150,12 @@ class BenchLoads:
                 "force does not press; a contact anywhere needs more than 0."
             )
         return [
-            [self._press(frame, int(contact)) for contact in np.flatnonzero(pressing)]
+            [self.press(frame, int(contact)) for contact in np.flatnonzero(pressing)]
             for frame, pressing in enumerate(present)
         ]
 
-    def _press(self, frame: int, contact: int) -> Press:
+    def press(self, frame: int, contact: int) -> Press:
+        """One contact of a frame as a press, with a friction that its shear does not exceed."""
         x, *y = np.atleast_1d(self.places[frame, contact]).tolist()
         normal, *shear = self.forces[frame, contact].tolist()
         radius, width = (float(v[frame, contact]) for v in (self.radii, self.widths))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array
+from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.calibration import checks
@@ -184,5 +185,6 @@ def calibrate(
         )
     checks.check_changes(levels, sensor)
     kind = KINDS[sensor.kind]
-    search = kind.search(sensor, levels, known, paths, lights, load_cell)
-    return kind.model(search, fitted(search, report, aside, columns), levels, known)
+    with one_blas_thread():
+        search = kind.search(sensor, levels, known, paths, lights, load_cell)
+        return kind.model(search, fitted(search, report, aside, columns), levels, known)

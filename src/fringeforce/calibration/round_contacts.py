@@ -13,14 +13,11 @@ import numpy as np
 
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.contacts.press import Press, Tractions
+from fringeforce.contacts.press import Tractions
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.frame_model import HERTZ, moment_table
 from fringeforce.models.presses import tractions
 from fringeforce.models.uncertainty import MOST_MOMENTS
-
-FRICTION = 0.6
-"""Largest shear over pressure between an indenter and a strip that states none, as of presses."""
 
 
 def under_radii(sensor: Sensor, loads: BenchLoads) -> tuple[BenchLoads, Array]:
@@ -52,18 +49,7 @@ def under_radii(sensor: Sensor, loads: BenchLoads) -> tuple[BenchLoads, Array]:
         known = sensor.model_copy(update={"transducer": plane})
     widths = loads.widths.copy()
     for f, k in np.argwhere(pressing):
-        normal, tangential = map(float, loads.forces[f, k])
-        friction = max(FRICTION, 1.01 * abs(tangential) / normal)
-        found = tractions(
-            known,
-            Press(
-                x=0.0,
-                normal=normal,
-                tangential=tangential,
-                radius=float(loads.radii[f, k]),
-                friction=friction,
-            ),
-        )
+        found = tractions(known, replace(loads.press(f, k), x=0.0))
         if not np.isfinite(widths[f, k]):
             widths[f, k] = found.width
         shapes[f, k] = _shape(found)

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from fringeforce.base.arrays import Array, Mask
-from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.calibration.bench_expectation import (
     DOUBT,
     FIELDS,
@@ -331,11 +330,6 @@ class StripSearch(BenchSearch):
         )
         self.bench = replace(self.bench, strain=strain)
         return strain.solved != before.solved
-
-    @one_blas_thread()
-    def improve(self) -> bool:
-        """As of `BenchSearch`; its matrices are small."""
-        return super().improve()
 
     def reload(self, alike: Mask) -> None:
         """Take other loads, as written down, but for frames with contacts like those before."""
