@@ -38,7 +38,8 @@ from fringeforce.models.pad_as_built import smooth_image
 from fringeforce.models.pad_knowledge import PadKnowledge
 from fringeforce.models.pad_presses import pad_tractions
 from fringeforce.models.pad_slices import slice_retardance
-from fringeforce.models.pad_uncertainty import UNEVEN, PadUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_unknowns import UNEVEN
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.area_camera import Lens, mosaic, pictures
 from fringeforce.optics.integrated import double_pass
@@ -269,13 +270,13 @@ def known_sensor(truth: Truth, pad: Pad) -> PadModel:
     known, found = PadUncertainty.of(model), dict[str, tuple[float, Array]]()
     if rough:
         x, y = truth.places()
-        modes, _ = known.residual_at(x[::8], y[::8])
+        modes, _ = known.residual.at(x[::8], y[::8])
         parts = truth.residual[:, ::8, ::8].reshape(2, -1)
         found[RESIDUAL] = rough, np.concatenate([shares(modes, part) for part in parts])
     if uneven:
         rows, columns = (np.arange(0, n, 4) for n in truth.shade.shape)
         part = (truth.shade - 1)[rows[:, None], columns].ravel()
-        found[UNEVEN] = uneven, shares(known.unevenness_at(rows, columns), part)
+        found[UNEVEN] = uneven, shares(known.shades.modes(rows, columns), part)
     if not found:
         return model
     mean = np.concatenate([own for _, own in found.values()])

@@ -197,8 +197,7 @@ def light_found(model: PadModel, true: np.ndarray) -> tuple[np.ndarray, np.ndarr
     change = np.zeros((len(known.mean), PIXELS**2))
     change[begins["camera.amplitude"]] = known.stds["camera.amplitude"] / amplitude
     begin = begins["camera.unevenness"]
-    every = np.arange(PIXELS)
-    modes = unsure.unevenness_at(every, every) / light.ravel()
+    modes = unsure.shades.modes() / light.ravel()
     change[begin : begin + len(modes)] = modes
     std = np.sqrt(np.einsum("sp,st,tp->p", change, known.covariance, change, optimize=True))
     return (amplitude * light / true - 1).ravel(), std

@@ -18,7 +18,8 @@ from fringeforce.models.imaging import camera_response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_as_built import smooth_image
 from fringeforce.models.pad_slices import slice_retardance
-from fringeforce.models.pad_uncertainty import PadUncertainty, value_of
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_unknowns import value_of
 from fringeforce.optics import camera as camera_optics
 from fringeforce.reading.pads.diagnosis import PadSquaresDiagnosis
 from fringeforce.reading.pads.fit import Fit

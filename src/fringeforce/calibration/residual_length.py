@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 from fringeforce.base.arrays import Array
 from fringeforce.design.strip import Sensor
 from fringeforce.models.node_splines import coefficients
-from fringeforce.models.uncertainty import karhunen_loeve, squared_exponential
+from fringeforce.models.smooth_field import karhunen_loeve, squared_exponential
 
 SHORTER = 0.5**0.5
 """Factor between correlation lengths of the residual that are tried: fields of one between pass for

@@ -17,11 +17,8 @@ from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad_skin import PadSkinModel
 from fringeforce.models.pad_synthesis import Synthesis
-from fringeforce.models.pad_uncertainty import (
-    Group,
-    PadUncertainty,
-    value_of,
-)
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_unknowns import Group, value_of
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -78,16 +75,16 @@ class PadSkinUncertainty(PadUncertainty):
 
     def synthesis(self, extra: Array) -> Synthesis:
         """From harmonics of tractions to retardance at the pixels, under unknowns."""
-        moved = any(extra[group.begin] for group in self.registration)
-        if not self.turning and not self.scaling and not moved:
+        if not self.turning and not self.scaling and not self.camera.moves(extra):
             return self.skin.pixels
-        return self.skin.synthesis(*self.looking(extra).pixel_positions, self.waves(extra))
+        return self.skin.synthesis(*self.camera.looking(extra).pixel_positions, self.waves(extra))
 
     def modes(self, synthesis: Synthesis, loads: Single, extra: Array) -> Single:
         """Retardance of the modes under tractions, shape (2, modes, rows, columns) [rad]."""
         found = synthesis.modes(loads)
-        if self.group(RESIDUAL):
-            found += self.retarding(extra).spread(self.residual(extra))
+        if group := self.group(RESIDUAL):
+            still = self.residual.coefficients(extra[group.place])
+            found += self.retarding(extra).spread(still)
         return found
 
     def by_mechanics(
@@ -109,5 +106,5 @@ class PadSkinUncertainty(PadUncertainty):
             found[number] = np.vdot(sums, synthesis.mixed(waves, loads))
         if group := self.group(RESIDUAL):
             grid = self.retarding(extra).gather(by_modes)
-            found[group.place] = self.residual_adjoint(grid)
+            found[group.place] = self.residual.adjoint(grid)
         return found

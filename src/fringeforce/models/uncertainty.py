@@ -44,6 +44,7 @@ from fringeforce.models.creep import TERMS, Creep
 from fringeforce.models.finite_strain import second_order_influence
 from fringeforce.models.imaging import camera_response, pixel_noise
 from fringeforce.models.node_splines import coefficients, fitted, sampled
+from fringeforce.models.smooth_field import karhunen_loeve
 from fringeforce.models.strip import COVER_MODULUS, SensorModel
 from fringeforce.models.strip_width import light_line
 from fringeforce.models.temperature import COEFFICIENT, REFERENCE
@@ -801,29 +802,3 @@ def random_field(x: Array, length: float, nodes: int, smallest: float = SMALLEST
     """
     samples = x[:: SPLINE_SAMPLES // FIELD_SAMPLES]
     return coefficients(karhunen_loeve(samples, length, smallest), nodes)
-
-
-def karhunen_loeve(x: Array, length: float, smallest: float = SMALLEST) -> Array:
-    """Modes of a Gaussian process of unit variance, shape (k, s): sum_k e_k row_k, e_k ~ N(0, 1).
-
-    The covariance is `squared_exponential`; its eigenvectors are the Karhunen-Loeve modes
-    (Rasmussen and Williams, Gaussian Processes for Machine Learning, section 4.3).
-
-    Parameters
-    ----------
-    x : ndarray, shape (s,)
-        Places [m].
-    length : float
-        Correlation length [m].
-    smallest : float
-        Variance of a mode, relative to the largest, below which it is left out.
-    """
-    values, vectors = np.linalg.eigh(squared_exponential(x, length))
-    order = np.argsort(-values)
-    kept = order[: int(np.sum(values > smallest * values.max()))]
-    return np.ascontiguousarray((vectors[:, kept] * np.sqrt(values[kept])).T)
-
-
-def squared_exponential(x: Array, length: float) -> Array:
-    """Covariance exp(-(distance / length)^2 / 2) between places x (s,) [m], shape (s, s)."""
-    return np.asarray(np.exp(-np.square(np.subtract.outer(x, x) / length) / 2))

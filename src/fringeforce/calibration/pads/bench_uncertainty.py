@@ -12,12 +12,11 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.sparse import csr_array, eye_array
 from scipy.special import ndtr
 
-from fringeforce.base.arrays import Index, Single
+from fringeforce.base.arrays import Array, Index, Mask, Single
 from fringeforce.calibration.bench_expectation import BLUR as POINT_SPREAD
 from fringeforce.calibration.bench_expectation import DOUBT, FIELDS, LAMP
 from fringeforce.calibration.bench_expectation import GAMMA as POWER
@@ -26,21 +25,14 @@ from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel
+from fringeforce.models.pad_camera import SHARPEST_LENS, CameraUncertainty
 from fringeforce.models.pad_contacts import ContactChanges, ContactInfluence
+from fringeforce.models.pad_fields import PadResidual
 from fringeforce.models.pad_influence import PadInfluence, Retardance
-from fringeforce.models.pad_uncertainty import (
-    BLUR,
-    EFFECTS,
-    GAMMA,
-    LAYERS,
-    SHARPEST_LENS,
-    Group,
-    PadUncertainty,
-)
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_unknowns import BLUR, EFFECTS, GAMMA, LAYERS, Group
+from fringeforce.models.smooth_field import SmoothField
 from fringeforce.optics.area_camera import FARTHEST, Lens
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 SHIFT, SCALE = 1e-3, 5e-2
 """Deviations, before any frame is seen, of the camera's shift [m] and scale."""
@@ -148,6 +140,68 @@ class ContactShapes:
 
 
 @dataclass(frozen=True, eq=False)
+class BenchCamera(CameraUncertainty):
+    """Light and camera, where the blur's unknown is the second moment of what it spreads.
+
+    That is how a blur acts.
+    """
+
+    def blur(self, extra: Array, std: float) -> tuple[float, float]:
+        """Blur under unknowns, and what it changes at most over FAR deviations of its own [m].
+
+        A little spread is that of no blur or of a fifth of a pixel: the slope there says nothing.
+        """
+        group = self.group(BLUR)
+        assert group is not None
+        first, unit = self._drawn_moment
+        unknown = float(extra[group.begin])
+        low, here, high = (
+            self.pixel * _of_moment(first + unit * (unknown + way * FAR * std))
+            for way in (-1, 0, 1)
+        )
+        return here, max(high - here, here - low) / (FAR * std)
+
+    def lens_change(self, extra: Array) -> tuple[Lens, Lens, float]:
+        """Lenses a little sharper and a little less sharp, and how far apart the unknowns are."""
+        group = self.group(BLUR)
+        assert group is not None
+        here = float(extra[group.begin])
+        return self.lens_at(here - STEP), self.lens_at(here + STEP), 2 * STEP
+
+    def lens_at(self, unknown: float) -> Lens:
+        """The lens under an unknown; what would be less than no blur sharpens as much."""
+        if unknown not in self._lenses:
+            if len(self._lenses) > KEPT:
+                self._lenses.clear()
+            first, unit = self._drawn_moment
+            moment = first + unit * unknown
+            blur = self.pixel * max(_of_moment(abs(moment)), SHARPEST_LENS)
+            lens = Lens.of(with_values(self.model.sensor, {BLUR: float(blur)}))
+            assert lens is not None
+            if moment < 0:
+                rows, columns = (
+                    csr_array(2 * eye_array(spread.shape[0]) - spread)
+                    for spread in (lens.rows.toarray(), lens.columns.toarray())
+                )
+                lens = Lens(rows, columns)
+            self._lenses[unknown] = lens
+        return self._lenses[unknown]
+
+    @cached_property
+    def _lenses(self) -> dict[float, Lens]:
+        return {}
+
+    @cached_property
+    def _drawn_moment(self) -> tuple[float, float]:
+        """Second moment of the lens as drawn, and its standard deviation [pixels^2]."""
+        group = self.group(BLUR)
+        assert group is not None
+        drawn = (self.model.sensor.camera.blur or 0.0) / self.pixel
+        first = _moment(drawn)
+        return first, _moment(drawn + group.std / self.pixel) - first
+
+
+@dataclass(frozen=True, eq=False)
 class BenchUncertainty(PadUncertainty):
     """A pad on a bench and the contacts of one frame, with all that is uncertain about them.
 
@@ -160,7 +214,7 @@ class BenchUncertainty(PadUncertainty):
     changes : ContactChanges, optional
         Influence of the contacts and what changes of it.
     shared : BenchUncertainty, optional
-        That of the same pad, whose fields, forms and lenses are taken.
+        That of the same pad, whose camera and smooth fields are taken.
     """
 
     count: int = 0
@@ -177,7 +231,7 @@ class BenchUncertainty(PadUncertainty):
     @cached_property
     def groups(self) -> tuple[Group, ...]:
         """Unknowns by kind, those of contacts last."""
-        shared = PadUncertainty(self.model).groups if self.shared is None else self.shared.groups
+        shared = super().groups if self.shared is None else self.shared.groups
         begin = shared[-1].end
         own = Group(PLACEMENT, begin, begin + SHAPES * self.count, 1.0)
         return (*shared, own) if self.count else shared
@@ -238,90 +292,26 @@ class BenchUncertainty(PadUncertainty):
     # what all frames share
 
     @cached_property
-    def forms(self) -> list[tuple[int, list[Array]]]:
-        """As of `PadUncertainty`."""
-        return super().forms if self.shared is None else self.shared.forms
+    def camera(self) -> BenchCamera:
+        """Light and camera with what is uncertain about them."""
+        return BenchCamera(self.model, self.groups) if self.shared is None else self.shared.camera
 
     @cached_property
-    def _fields(self) -> tuple[Array, Array, NDArray[np.intp], Array]:
-        return super()._fields if self.shared is None else self.shared._fields
+    def shades(self) -> SmoothField:
+        """Share by which every pixel is brighter."""
+        return super().shades if self.shared is None else self.shared.shades
 
     @cached_property
-    def _shades(self) -> tuple[Array, Array, NDArray[np.intp]]:
-        return super()._shades if self.shared is None else self.shared._shades
-
-    @cached_property
-    def _slopes(self) -> tuple[csr_array, csr_array]:
-        return super()._slopes if self.shared is None else self.shared._slopes
-
-    # of the blur the second moment of what it spreads enters, which is how it acts
-
-    @cached_property
-    def _drawn_moment(self) -> tuple[float, float]:
-        """Second moment of the lens as drawn, and its standard deviation [pixels^2]."""
-        group = self.group(BLUR)
-        assert group is not None
-        drawn = (self.model.sensor.camera.blur or 0.0) / self._pixel
-        first = _moment(drawn)
-        return first, _moment(drawn + group.std / self._pixel) - first
-
-    @property
-    def _pixel(self) -> float:
-        return float(np.diff(self.model.sensor.pixel_positions[0][:2])[0])
-
-    def blur(self, extra: Array, std: float) -> tuple[float, float]:
-        """Blur under unknowns, and what it changes at most over FAR deviations of its own [m].
-
-        A little spread is that of no blur or of a fifth of a pixel: the slope there says nothing.
-        """
-        group = self.group(BLUR)
-        assert group is not None
-        first, unit = self._drawn_moment
-        unknown = float(extra[group.begin])
-        low, here, high = (
-            self._pixel * _of_moment(first + unit * (unknown + way * FAR * std))
-            for way in (-1, 0, 1)
-        )
-        return here, max(high - here, here - low) / (FAR * std)
-
-    def lens_change(self, extra: Array) -> tuple[Lens, Lens, float]:
-        """Lenses a little sharper and a little less sharp, and how far apart the unknowns are."""
-        group = self.group(BLUR)
-        assert group is not None
-        here = float(extra[group.begin])
-        return self._lens(here - STEP), self._lens(here + STEP), 2 * STEP
-
-    def _lens(self, unknown: float) -> Lens:
-        """The lens under an unknown; what would be less than no blur sharpens as much."""
-        if self.shared is not None:
-            return self.shared._lens(unknown)
-        if unknown not in self._lenses:
-            if len(self._lenses) > KEPT:
-                self._lenses.clear()
-            first, unit = self._drawn_moment
-            moment = first + unit * unknown
-            blur = self._pixel * max(_of_moment(abs(moment)), SHARPEST_LENS)
-            lens = Lens.of(with_values(self.model.sensor, {BLUR: float(blur)}))
-            assert lens is not None
-            if moment < 0:
-                rows, columns = (
-                    csr_array(2 * eye_array(spread.shape[0]) - spread)
-                    for spread in (lens.rows.toarray(), lens.columns.toarray())
-                )
-                lens = Lens(rows, columns)
-            self._lenses[unknown] = lens
-        return self._lenses[unknown]
-
-    @cached_property
-    def _lenses(self) -> dict[float, Lens]:
-        return {}
+    def residual(self) -> PadResidual:
+        """Retardance without forces."""
+        return super().residual if self.shared is None else self.shared.residual
 
     def retarding(self, extra: Array) -> Retardance:
         """From spline coefficients to the pixels, where they look under unknowns."""
         if self.shared is not None:
             found = self.shared.retarding(extra)
             return replace(found, influence=self.model.influence)
-        key = tuple(extra[group.begin] for group in self.registration)
+        key = tuple(extra[group.begin] for group in self.camera.registration)
         if key not in self._looks:
             self._looks.clear()
             self._looks[key] = super().retarding(extra)

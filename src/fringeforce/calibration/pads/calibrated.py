@@ -17,11 +17,12 @@ from fringeforce.calibration.pads.search import PadSearch
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, limits, number_at, with_values
-from fringeforce.models.as_built import PLACEMENT, SIZE
+from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_knowledge import PadKnowledge
-from fringeforce.models.pad_uncertainty import BLUR, FIELDS, UNEVEN, PadUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_unknowns import BLUR, FIELDS, UNEVEN
 from fringeforce.models.uncertainty import DRIFTS
 
 WITHIN = 3.1
@@ -134,9 +135,10 @@ def known_pad(
     deviations = np.sqrt(np.diag(covariance))
     stds = {group.path: float(deviations[group.begin]) for group in singles}
     values, stds = _within(pad, {path: stated_value(pad, path) for path in stds}, stds)
-    for path, size_of in zip(FIELDS, (unsure.residual_square, unsure.uneven_square), strict=True):
-        if field := unsure.group(path):
-            stds[path] = max(float(np.sqrt(size_of(squares[field.place]))), LEAST)
+    for path in FIELDS:
+        if group := unsure.group(path):
+            field = unsure.residual if path == RESIDUAL else unsure.shades
+            stds[path] = max(float(np.sqrt(field.square(squares[group.place]))), LEAST)
     scale = np.ones(len(mean))
     for group in lasting:
         size = stds[group.path] / (group.std if group.path in FIELDS else 1.0)
@@ -201,7 +203,7 @@ def found_values(
             values[path] = layers[path]
             units[path] = layers[path] * known.logarithmic(group)
         elif path == BLUR:
-            values[path], units[path] = known.blur(shared, stds[group.begin])
+            values[path], units[path] = known.camera.blur(shared, stds[group.begin])
         else:
             values[path] = stated_value(known.model.sensor, path) + group.std * float(
                 shared[group.begin]

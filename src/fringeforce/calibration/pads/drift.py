@@ -34,7 +34,8 @@ from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_knowledge import PadKnowledge
-from fringeforce.models.pad_uncertainty import EFFECTS, FIELDS, UNEVEN, PadUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_unknowns import EFFECTS, FIELDS, UNEVEN
 
 
 class Drifted(NamedTuple):
@@ -285,7 +286,7 @@ def _told(drifted: Drifted) -> Iterator[Told]:
 def _most(unsure: PadUncertainty, change: Array) -> Array:
     """What the modes of the residual are worth where they change it most, shape (r,) [rad]."""
     base = unsure.model.influence
-    fields, _ = unsure.residual_at(base.x[::4], base.y[::4])
+    fields, _ = unsure.residual.at(base.x[::4], base.y[::4])
     parts = change.reshape(2, -1) @ fields
     part, place = np.unravel_index(np.abs(parts).argmax(), parts.shape)
     found = np.zeros((2, len(fields)))

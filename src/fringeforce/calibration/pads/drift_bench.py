@@ -81,16 +81,17 @@ class DriftFrame:
         """Half the loss of the frame to second order."""
         gradient, information = self.by_unknowns(place, left)
         # it takes all pixels for alike, which tells light from dark where no frame does
-        brightness, own = self.unsure.brightness, (~self.unsure.lasting).astype(float)
+        camera, own = self.unsure.camera, (~self.unsure.lasting).astype(float)
         amplitude = self.unsure.group("camera.amplitude")
         assert amplitude is not None
         first, response = self.count + amplitude.begin, self.fit.response
-        bright = brightness[amplitude.begin] * response.amplitude * place.intensity[used]
+        bright = camera.brightness[amplitude.begin] * response.amplitude * place.intensity[used]
         if place.bend is not None:
             bright = bright * place.bend[used]
         exact = float(bright @ bright / response.variance)
         scale = np.ones(len(gradient))
-        scale[self.count :][brightness != 0] = np.sqrt(exact / information[first, first])
+        brightness = scale[self.count : self.count + camera.size]
+        brightness[camera.brightness != 0] = np.sqrt(exact / information[first, first])
         prior = np.diag(np.concatenate([np.zeros(self.count), own]))
         information = (information - prior) * np.outer(scale, scale) + prior
         mine, others = self.mine, self.others

@@ -291,7 +291,7 @@ class PadPosterior(BenchPosterior):
         gradient = fit.gradient(found.place, found.left)
         known = self._known(f)
         # a shift of the camera is all but one of the contacts, unless both are taken where it looks
-        model = replace(known.model, sensor=known.looking(found.place.extra))
+        model = replace(known.model, sensor=known.camera.looking(found.place.extra))
         fit = replace(fit, sampling=for_steps(model, known))
         information = fit.information(found.place)
         off = own - self.mean(f, shared)

@@ -34,7 +34,8 @@ from fringeforce.mechanics.solid.surface import contact_modulus
 from fringeforce.models.pad import PadModel, characterize_pad, seen_pixels
 from fringeforce.models.pad_contacts import ContactSeries
 from fringeforce.models.pad_slices import block_of
-from fringeforce.models.pad_uncertainty import FIELDS, pad_response
+from fringeforce.models.pad_uncertainty import pad_response
+from fringeforce.models.pad_unknowns import FIELDS
 
 STEPS = 0.1, 0.03
 """Steps of the logarithms of layers about the drawing and about what was found."""
@@ -186,7 +187,7 @@ class PadSearch(BenchSearch):
         known, shared = self.known, self.state.shared
         places = {
             group.path: value[0] + group.std * shared[group.begin]
-            for group in known.registration
+            for group in known.camera.registration
             if (value := number_at(pad, group.path)) is not None
         }
         seen = seen_pixels(with_values(pad, places))

@@ -33,7 +33,7 @@ from fringeforce.design.pad import Pad
 from fringeforce.estimation.shared_fit import Eliminated
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad import PadModel, characterize_pad
-from fringeforce.models.pad_uncertainty import BLUR
+from fringeforce.models.pad_unknowns import BLUR
 
 TOGETHER = 3
 """Tactels that a typical load of a pad touches."""

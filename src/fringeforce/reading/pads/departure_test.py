@@ -25,7 +25,8 @@ from fringeforce.models.pad_departures import PadDeparture, departing, pad_depar
 from fringeforce.models.pad_series import PadSeries
 from fringeforce.models.pad_skin import PadSkinModel
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
-from fringeforce.models.pad_uncertainty import BLUR, PadUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_unknowns import BLUR
 from fringeforce.reading.departure_test import plain
 from fringeforce.reading.findings import Sized, sentence
 from fringeforce.reading.pads.departure_record import DepartureRecord
@@ -264,7 +265,7 @@ class SquaresDepartureTest(DepartureTest):
         layers = self._layers(place.forces)
         few = [image[..., rows[:, None], columns] for image in layers]
         retarded = [
-            *known.moved(place.modes, rows, columns),
+            *known.camera.moved(place.modes, rows, columns),
             *enumerate(few, known.size),
         ]
 

@@ -147,8 +147,8 @@ class Candidate:
     def _spread(self, departure: PadDeparture) -> float:
         """Root mean square of many numbers, of contacts that show."""
         known, extra = self.known, self.optimum.extra
-        if departure.path == RESIDUAL:
-            modes = known.model.retarding.spread(known.residual(extra))
+        if still := known.group(RESIDUAL) if departure.path == RESIDUAL else None:
+            modes = known.model.retarding.spread(known.residual.coefficients(extra[still.place]))
             whole = 2 * np.einsum("k,fkrc->frc", known.model.profile.sum(axis=0), modes)
             return float(np.sqrt(np.mean(np.square(whole))))
         # the strongest function that is odd along an axis moves a traction, even ones widen it

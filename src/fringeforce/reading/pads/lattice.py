@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Mask, Single
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_uncertainty import BLUR, GAMMA, UNEVEN, PadUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_unknowns import BLUR, GAMMA, UNEVEN
 from fringeforce.optics.area_camera import Lens, Picture
 from fringeforce.optics.integrated import turn_modes_back
 from fringeforce.reading.pads.light import Shone
@@ -96,23 +97,24 @@ class Lattice:
         seen = np.stack([_seen(form, shone) for form in forms])
         shade, bend = (part.astype(np.float32) for part in self._factors(here, seen))
         bright, weight = bend * seen, shade * bend
-        for number in np.flatnonzero(uncertain.brightness).tolist():
-            yield number, np.float32(uncertain.brightness[number]) * bright
-        for number in np.flatnonzero(uncertain.darkness).tolist():
-            share = uncertain.darkness[number] / here.amplitude
+        camera = uncertain.camera
+        for number in np.flatnonzero(camera.brightness).tolist():
+            yield number, np.float32(camera.brightness[number]) * bright
+        for number in np.flatnonzero(camera.darkness).tolist():
+            share = camera.darkness[number] / here.amplitude
             yield number, np.float32(share) * np.broadcast_to(bend, seen.shape)
         if (gamma := uncertain.group(GAMMA)) and here.curve is not None:
             linear = np.asarray(here.amplitude * shade * seen + here.dark, dtype=float)
             steep = here.curve.by_power(linear)
             yield gamma.begin, np.asarray(gamma.std / here.amplitude * steep, dtype=np.float32)
         if uneven := uncertain.group(UNEVEN):
-            modes = uncertain.unevenness_at(self.rows, self.columns)
+            modes = uncertain.shades.modes(self.rows, self.columns)
             for number, mode in enumerate(modes, uneven.begin):
                 yield number, mode * bright
-        for number, changes in uncertain.forms:
+        for number, changes in camera.forms:
             yield number, weight * np.stack([_seen(change, shone) for change in changes[k]])
         if blur := uncertain.group(BLUR):
-            low, high, apart = uncertain.lens_change(here.extra)
+            low, high, apart = camera.lens_change(here.extra)
             sharp = np.stack([_seen(form, light) for form in forms])
             images = sharp.reshape(len(forms), *self.model.frame_shape[-2:])
             ends = [lens.part(images, self.rows, self.columns) for lens in (high, low)]

@@ -17,7 +17,8 @@ from fringeforce.estimation.covariance import marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Misfit, Response, misfit
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_uncertainty import BLUR, GAMMA, UNEVEN, PadUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_unknowns import BLUR, GAMMA, UNEVEN
 from fringeforce.optics.area_camera import Lens, Picture
 
 DARKEST = 0.5
@@ -267,11 +268,11 @@ class FrameLight:
             pixels = len(self.frame) // len(self.model.pictures)
             uneven = np.ravel(self.response.amplitude / amplitude)[:pixels]
         if known is not None:
-            pictures, lens = known.pictures(extra), known.lens(extra)
-            gain, dark = 1.0 + known.brightness @ extra, known.darkness @ extra
-            power = known.gamma_at(extra)
-            if known.group(UNEVEN) is not None:
-                uneven = 1.0 + known.unevenness(extra).ravel() / gain
+            camera = known.camera
+            pictures, lens, power = camera.pictures(extra), camera.lens(extra), camera.gamma(extra)
+            gain, dark = camera.gain(extra), camera.dark(extra)
+            if shade := known.group(UNEVEN):
+                uneven = 1.0 + known.shades.field(extra[shade.place]).ravel() / gain
         lights = [self.model.light(modes, picture) for picture in pictures]
         seen = [
             self.model.measured(light, picture, lens)
@@ -342,23 +343,24 @@ class FrameLight:
         unit = bent / np.sqrt(self.response.variance)
         lit = np.mean(self.response.amplitude) * here.intensity
         bright = float(np.vdot(unit, lit))
-        found = bright * known.brightness + float(unit.sum()) * known.darkness
-        found += known.by_registration(here.modes, by_modes)
+        camera, found = known.camera, np.zeros(known.size)
+        found[: camera.size] = bright * camera.brightness + float(unit.sum()) * camera.darkness
+        found[: camera.size] += camera.by_registration(here.modes, by_modes)
         if shade := known.group(UNEVEN):
             image = (unit * lit).reshape(len(here.lights), *self.model.frame_shape[-2:])
-            found[shade.place] = known.unevenness_adjoint(image.sum(axis=0))
+            found[shade.place] = known.shades.adjoint(image.sum(axis=0))
         gamma = known.group(GAMMA)
         if gamma and here.curve is not None and here.linear is not None:
             steep = here.curve.by_power(here.linear) / np.sqrt(self.response.variance)
             found[gamma.begin] = gamma.std * float(slope @ steep)
-        for number, changes in known.forms:
+        for number, changes in camera.forms:
             for pull, picture, light, change in zip(
                 pulls, here.pictures, here.lights, changes, strict=True
             ):
                 turned = replace(picture, forms=change)
                 found[number] += np.vdot(pull, self.model.measured(light, turned, here.lens))
         if blur := known.group(BLUR):
-            low, high, apart = known.lens_change(here.extra)
+            low, high, apart = camera.lens_change(here.extra)
             for pull, picture, light in zip(pulls, here.pictures, here.lights, strict=True):
                 ends = (self.model.measured(light, picture, lens) for lens in (high, low))
                 found[blur.begin] += np.vdot(pull, np.subtract(*ends)) / apart

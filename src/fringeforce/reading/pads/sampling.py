@@ -194,7 +194,7 @@ class Sampling(Lattice):
         """As `_root` and `_slopes`, or of fewer kinds whose squares add up to the same."""
         root, known = self._root(state, k, used), self.uncertain
         bent = state.curve is not None or state.uneven is not None
-        if bent or (known is not None and known.acts_on_light):
+        if bent or (known is not None and known.camera.acts_on_light):
             return root, self._slopes(state, k)
         each = np.stack(self.slopes(state.modes, state.pictures[k], state.lights[k]))
         root = root * np.float32(len(state.pictures[k].forms) ** 0.5)
@@ -328,7 +328,7 @@ class Sampling(Lattice):
             )
             image = np.asarray(rows @ grid @ columns.T, dtype=np.float32)
             yield group.begin, image.reshape(-1, len(self.pixels))
-        for number, moved in known.moved(state.modes, self.rows, self.columns):
+        for number, moved in known.camera.moved(state.modes, self.rows, self.columns):
             yield number, moved.reshape(-1, len(self.pixels))
 
     def _tractions(self, state: Place, shown: Mask) -> Iterator[tuple[Index, Single]]:
@@ -380,7 +380,7 @@ class Sampling(Lattice):
     def _residual(self) -> tuple[Single, Single]:
         """Modes of one part of the residual at the lattice, and its depth profiles."""
         assert self.uncertain is not None
-        return self.uncertain.residual_at(*self.places)
+        return self.uncertain.residual.at(*self.places)
 
 
 def for_steps(model: PadModel, uncertain: PadUncertainty | None = None) -> Sampling:

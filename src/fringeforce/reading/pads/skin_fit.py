@@ -268,11 +268,11 @@ class SkinFit:
         """Add what unknowns of camera and residual do to the intensity by the retardance."""
         known = self.uncertain
         assert known is not None
-        for number, moved in known.moved(place.modes, lattice.rows, lattice.columns):
+        for number, moved in known.camera.moved(place.modes, lattice.rows, lattice.columns):
             flat = moved.reshape(*moved.shape[:2], -1)
             by_extra[number] += np.einsum("sfkp,fkp->sp", slopes, flat)
         if group := known.group(RESIDUAL):
-            fields, even = known.residual_at(*lattice.places)
+            fields, even = known.residual.at(*lattice.places)
             pulls = np.einsum("sfkp,k->fsp", slopes, even)
             each = pulls[:, None] * fields[:, None]
             by_extra[group.place] += each.reshape(-1, *each.shape[2:])
@@ -293,7 +293,7 @@ class SkinFit:
         """Where columns and rows of a lattice look under unknowns [m]."""
         if self.uncertain is None:
             return lattice.places
-        x, y = self.uncertain.looking(place.extra).pixel_positions
+        x, y = self.uncertain.camera.looking(place.extra).pixel_positions
         return x[lattice.columns], y[lattice.rows]
 
     def _lattice(self, contacts: Array) -> list[tuple[NDArray[np.intp], Array]]:
