@@ -94,7 +94,7 @@ def solved(
     strip = finite_strip(transducer, *patched, order=ORDER, share=1.0)
     state = strip.solved(np.concatenate(forces))
     constant = stress_optic_constant(transducer.photoelastic, light.wavelength)
-    phase = phase_lead(strip.integrated_stress(state, model.pixel_positions), constant)
+    phase = phase_lead(strip.light.integrated_stress(state, model.pixel_positions), constant)
     places = np.concatenate([part.places for part in parts])
     force = np.concatenate([part.forces for part in parts])
     total = force.sum(axis=0)

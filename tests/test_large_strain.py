@@ -256,7 +256,9 @@ def _light(model: ff.SensorModel, presses: list[ff.Press], order: int, patches: 
     transducer, light = model.sensor.transducer, model.sensor.polariscope
     patched = np.concatenate(centres), np.concatenate(widths)
     strip = finite_strip(transducer, *patched, order=order)
-    seen = strip.integrated_stress(strip.solved(np.concatenate(forces)), model.pixel_positions)
+    seen = strip.light.integrated_stress(
+        strip.solved(np.concatenate(forces)), model.pixel_positions
+    )
     constant = stress_optic_constant(transducer.photoelastic, light.wavelength)
     return phase_lead(seen, constant)
 
@@ -314,7 +316,7 @@ def test_contacts_narrower_than_the_cover_are_read_as_finer_elements_have_them(
     press = ff.Press(x=true[2], normal=force, tangential=true[1], width=width, profile="flat")
     strip = finite_strip(quiet.transducer, [true[2]], [width], order=6, share=1 / 8)
     constant = stress_optic_constant(quiet.transducer.photoelastic, quiet.polariscope.wavelength)
-    seen = strip.integrated_stress(strip.solved([true[:2]]), model.pixel_positions)
+    seen = strip.light.integrated_stress(strip.solved([true[:2]]), model.pixel_positions)
     phase = phase_lead(seen, constant)
     added = phase - model.phase([press], strain="linear")
     assert np.abs(added).max() > 0.03 * np.abs(phase).max()

@@ -17,13 +17,13 @@ def test_forces_of_the_linear_phase_are_off_by_as_much_as_stated(sensor: ff.Sens
     linear = np.empty((len(x), 10))
     for k in range(10):
         one = np.eye(10)[k].reshape(5, 2) * small
-        both = [found.integrated_stress(found.solved(sign * one), x) for sign in (1, -1)]
+        both = [found.light.integrated_stress(found.solved(sign * one), x) for sign in (1, -1)]
         linear[:, k] = (both[0] - both[1]) / (2 * small)
     rng, missed = np.random.default_rng(3), []
     for _ in range(6):
         normal = rng.uniform(0, 0.5, 5)
         forces = np.stack([normal, normal * rng.uniform(-0.3, 0.3, 5)], axis=1)
-        left = found.integrated_stress(found.solved(forces), x) - linear @ forces.ravel()
+        left = found.light.integrated_stress(found.solved(forces), x) - linear @ forces.ravel()
         error = np.linalg.lstsq(linear, left, rcond=None)[0].reshape(5, 2)
         missed.append(error / normal.max() ** 2)
     # errors of one pattern go together, so that six patterns tell a mean square to a half

@@ -46,7 +46,7 @@ def test_a_homogeneous_stretch_is_carried_exactly(sensor: ff.Sensor) -> None:
     flat = one.photoelastic.plane(gradient, "stress")
     cauchy = flat.stress @ gradient.T / (np.linalg.det(gradient) * flat.across)
     height = 3e-3 * np.linalg.det(gradient) / gradient[0, 0]
-    seen = one.integrated_stress(state, [0.0, 3.3e-3])
+    seen = one.light.integrated_stress(state, [0.0, 3.3e-3])
     np.testing.assert_allclose(seen, cauchy[0, 0] * height, rtol=1e-9)
 
 
@@ -118,7 +118,7 @@ def test_small_loads_are_the_linear_ones(
     order = 7 if plane == "strain" else 6  # pressure in the cover is stiff in plane strain
     widths = np.full(11, 5e-4)
     strip = finite_strip(design.transducer, design.tactels.positions, widths, order=order)
-    stress = strip.integrated_stress(strip.solved(forces), model.pixel_positions)
+    stress = strip.light.integrated_stress(strip.solved(forces), model.pixel_positions)
     constant = stress_optic_constant(design.transducer.photoelastic, 632.8e-9)
     linear = model.phase(forces)
     assert np.abs(phase_lead(stress, constant) - linear).max() < 1e-4 * np.abs(linear).max()

@@ -15,7 +15,7 @@ def _light(sensor: ff.Sensor, loads: str, width: float, order: int, share: float
     widths, centres = np.full(2, width), [-0.6e-3, 0.4e-3]
     strip = finite_strip(transducer, centres, widths, order=order, share=share, growth=STEEP)
     force = 0.3 * 11e6 * width * 2e-3
-    seen = strip.seen_at_stations(strip.solved(force * np.array([[1.0, 0.3], [0.8, -0.2]])))
+    seen = strip.light.at_stations(strip.solved(force * np.array([[1.0, 0.3], [0.8, -0.2]])))
     return CubicSpline(strip.mesh.stations, seen)(np.linspace(-9e-3, 9e-3, 2000))
 
 

@@ -51,6 +51,21 @@ def shape_functions(order: int, s: Array) -> tuple[Array, Array]:
     return values, slopes
 
 
+def gauss_line(order: int, breaks: Array) -> tuple[Array, Array]:
+    """Gauss points of elements of an order side by side, and their weights, shapes (m,) [m].
+
+    Parameters
+    ----------
+    order : int
+        Polynomial order; every element has one point more.
+    breaks : ndarray, shape (elements + 1,)
+        Boundaries of the elements, ascending [m].
+    """
+    nodes, weights = leggauss(order + 1)
+    step = np.diff(breaks)[:, None]
+    return (breaks[:-1, None] + step * (nodes + 1) / 2).ravel(), (step * weights / 2).ravel()
+
+
 @dataclass(frozen=True)
 class Interval:
     """Integrals of the shape functions over the unit interval; f is a shape, f' its derivative."""

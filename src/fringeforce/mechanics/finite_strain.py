@@ -13,9 +13,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 from scipy.linalg import LinAlgError
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, gmres
@@ -24,14 +22,14 @@ from fringeforce.base.arrays import Array, Index
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.condensed import Condensation, Tangent
+from fringeforce.mechanics.deformed_light import DeformedLight
 from fringeforce.mechanics.elements import (
     along,
-    each_at,
-    each_from_gauss,
+    gauss_line,
     interpolation,
     shape_functions,
 )
-from fringeforce.mechanics.hyperelasticity import Hyperelastic, PlaneResponse
+from fringeforce.mechanics.hyperelasticity import GRADIENT_STEP, Hyperelastic, PlaneResponse
 from fringeforce.mechanics.mesh import GROWTH_X, Mesh, strip_mesh
 from fringeforce.mechanics.surface_loads import (
     DeadLoad,
@@ -72,8 +70,6 @@ FOLDS = (
 )
 Changes = Callable[[Array], Array]
 """Forces (k, 2, along x) on the nodes of the surface under its displacements (2, along x)."""
-TILT = 1e-5
-"""Change of a deformation gradient to whose two signs a derivative is taken: errors are 1e-10."""
 
 
 class SurfaceFoldError(InputError):
@@ -102,7 +98,7 @@ class FiniteStrip:
     --------
     >>> from fringeforce.mechanics.finite_strain import finite_strip
     >>> strip = finite_strip(ff.load_sensor("saad").transducer, [0.0], [5e-4], order=3)
-    >>> strip.integrated_stress(strip.solved([[0.1, 0.0]]), [5e-4]).round(1).tolist()
+    >>> strip.light.integrated_stress(strip.solved([[0.1, 0.0]]), [5e-4]).round(1).tolist()
     [-6.6]
     """
 
@@ -125,20 +121,9 @@ class FiniteStrip:
         return int(np.searchsorted(self.mesh.z, -self.transducer.compliant.thickness * (1 + 1e-9)))
 
     @cached_property
-    def _points(self) -> tuple[Array, Array]:
-        nodes, weights = leggauss(self.mesh.order + 1)
-        return (nodes + 1) / 2, weights / 2
-
-    def _line(self, breaks: Array) -> tuple[Array, Array]:
-        """Gauss points along one direction, and their weights [m]."""
-        at, weights = self._points
-        step = np.diff(breaks)[:, None]
-        return (breaks[:-1, None] + step * at).ravel(), (step * weights).ravel()
-
-    @cached_property
     def _at_gauss(self) -> tuple[csr_array, csr_array, csr_array, csr_array]:
         mesh = self.mesh
-        (x, _), (z, _) = self._line(mesh.x), self._line(mesh.z)
+        x, z = (gauss_line(mesh.order, breaks)[0] for breaks in (mesh.x, mesh.z))
         return *interpolation(mesh.order, mesh.x, x), *interpolation(mesh.order, mesh.z, z)
 
     @cached_property
@@ -148,7 +133,8 @@ class FiniteStrip:
     @cached_property
     def _weights(self) -> Array:
         """Reference volume of each Gauss point, shape (along x, along z) [m^3]."""
-        (_, along_x), (_, along_z) = self._line(self.mesh.x), self._line(self.mesh.z)
+        mesh = self.mesh
+        along_x, along_z = (gauss_line(mesh.order, breaks)[1] for breaks in (mesh.x, mesh.z))
         return self.transducer.width * np.multiply.outer(along_x, along_z)
 
     @cached_property
@@ -185,11 +171,6 @@ class FiniteStrip:
         f[0, 0] += 1
         f[1, 1] += 1
         return f
-
-    @cached_property
-    def layer_weights(self) -> Array:
-        """Weights of the Gauss heights of the photoelastic layer [m]."""
-        return self._line(self.mesh.z[: self._rows + 1])[1]
 
     def _responses(self, gradients: Array) -> tuple[PlaneResponse, PlaneResponse]:
         return self._responses_of(*np.split(gradients, [self._cut], axis=-1))
@@ -233,11 +214,11 @@ class FiniteStrip:
 
         By the entries of deformation gradients, row by row, shape (4, 4, 4).
         """
-        ways = TILT * np.eye(4).reshape(2, 2, 4)
+        ways = GRADIENT_STEP * np.eye(4).reshape(2, 2, 4)
         tilted = [np.eye(2)[:, :, None] + sign * ways for sign in (1, -1)]
         ahead, behind = (self._responses_of(one, one) for one in tilted)
         photoelastic, compliant = (
-            (one.tangent - other.tangent).reshape(4, 4, 4) / (2 * TILT)
+            (one.tangent - other.tangent).reshape(4, 4, 4) / (2 * GRADIENT_STEP)
             for one, other in zip(ahead, behind, strict=True)
         )
         return photoelastic, compliant
@@ -271,7 +252,7 @@ class FiniteStrip:
         moduli = np.concatenate([part.tangent for part in parts], axis=-1) * self._weights
         mesh, order, points = self.mesh, self.mesh.order, self.mesh.order + 1
         columns, rows = len(mesh.x) - 1, len(mesh.z) - 1
-        value, slope = shape_functions(order, self._points[0])
+        value, slope = shape_functions(order, gauss_line(order, np.array([0.0, 1.0]))[0])
         # products of two functions at the points of a line, (points, pairs), by what is derived
         pairs = {
             (one, other): np.einsum("ap,bp->pab", a, b).reshape(points, -1)
@@ -533,11 +514,11 @@ class FiniteStrip:
         varied = np.zeros((0, *still.shape)) if changes is None else changes(still)
         linear = self.linear(self.on_surface(np.concatenate([load.nodal(still)[None], varied])))
         state = self._stepped(load) if exact else self.near(load, linear[0], FEWEST)
-        small = self._small_strain(linear)
-        added = self.seen_at_stations(state) - small[:, 0]
+        small = self.light.linear_slopes(linear)
+        added = self.light.at_stations(state) - small[:, 0]
         if changes is None or not len(varied):
             return added, small[:, 1:]
-        slopes = self.seen_slopes(state, self._moved_by(load, state, changes(state[..., -1])))
+        slopes = self.light.slopes(state, self._moved_by(load, state, changes(state[..., -1])))
         return added, slopes - small[:, 1:]
 
     def _moved_by(self, load: SurfaceLoad, state: Array, forces: Array) -> Array:
@@ -566,131 +547,10 @@ class FiniteStrip:
         found = np.linalg.solve(left, forces[:, :, reached].reshape(len(forces), count).T)
         return np.tensordot(found.T, ways, 1)
 
-    def integrated_stress(self, coefficients: Array, x: ArrayLike) -> Array:
-        """What light along straight lines sees of the deformed strip.
-
-        A line at the camera's x meets the material point X(Z) with X + u(X, Z) = x at every height
-        Z.  Along it dz = (det F / F11) dZ, and sigma = P F^T / (det F s), s the stretch across.
-
-        Parameters
-        ----------
-        coefficients : ndarray
-            Displacements, as of `solved`.
-        x : array_like, shape (m,)
-            Where the camera looks [m].
-
-        Returns
-        -------
-        ndarray, shape (m,)
-            Integral of sigma_x - sigma_y over the photoelastic layer [Pa m]; 0 where a line passes
-            beside the strip.
-        """
-        mesh, points = self.mesh, np.asarray(x, dtype=float)
-        seen, _, _ = self.seen(coefficients)
-        heights, weights = self._line(mesh.z[: self._rows + 1])
-        u = along(interpolation(mesh.order, mesh.z, heights)[0], coefficients[0], 1)
-        half = self.transducer.length / 2
-        wanted = np.repeat(points[:, None], len(heights), axis=1)
-        place = np.clip(wanted, -half, half)
-        inside = np.ones(place.shape, dtype=bool)
-        for _ in range(3):  # quadratic convergence from strains of a few percent
-            here, rising = each_at(mesh.order, mesh.x, u, place)
-            place = place - (place + here - wanted) / (1 + rising)
-            inside = np.abs(place) <= half * (1 + 1e-9)
-            place = np.clip(place, -half, half)
-        return (each_from_gauss(mesh.order, mesh.x, seen, place) * inside) @ weights
-
-    def seen(self, coefficients: Array) -> tuple[Array, Array, Array]:
-        """Stress difference by height of the undeformed layer, displacement and strain along x.
-
-        At the stations of the mesh and the Gauss heights of the photoelastic layer.
-        """
-        moved, f = self._layer_gradients(coefficients)
-        f[0, 0] += 1
-        f[1, 1] += 1
-        return self._shown(f), moved, f[0, 0] - 1
-
-    def _layer_gradients(self, coefficients: Array) -> tuple[Array, Array]:
-        """Displacement along x and gradients of both, at the stations and heights of the layer.
-
-        Of coefficients of shape (..., 2, along x, along z); gradients have the shape
-        (2, 2, ..., M, heights).
-        """
-        at, sloping, value, slope = self._at_stations
-        u, w = coefficients[..., 0, :, :], coefficients[..., 1, :, :]
-        (u, du), (w, dw) = ((along(value, one, -1), along(slope, one, -1)) for one in (u, w))
-        rows = [[along(sloping, one, -2), along(at, rise, -2)] for one, rise in ((u, du), (w, dw))]
-        return along(at, u, -2), np.array(rows)
-
-    def _shown(self, gradients: Array) -> Array:
-        """Stress difference by height of the undeformed layer under deformation gradients."""
-        response = self.photoelastic.plane(gradients, self.transducer.plane)
-        (a, b), (c, d) = gradients
-        j = a * d - b * c
-        sigma = (response.stress[0] * gradients[0]).sum(axis=0) / (j * response.across)
-        return (sigma - response.stress_across) * j / a
-
     @cached_property
-    def _at_stations(self) -> tuple[csr_array, csr_array, csr_array, csr_array]:
-        mesh = self.mesh
-        heights, _ = self._line(mesh.z[: self._rows + 1])
-        return (
-            *interpolation(mesh.order, mesh.x, mesh.stations),
-            *interpolation(mesh.order, mesh.z, heights),
-        )
-
-    def seen_at_stations(self, coefficients: Array) -> Array:
-        """`integrated_stress` at the stations of the mesh, smooth in the forces, shape (M,).
-
-        Splines carry the stress from where the material was to where the camera looks.
-        """
-        seen, moved, _ = self.seen(coefficients)
-        x, found = self.mesh.stations, np.zeros(len(self.mesh.stations))
-        for weight, column, shift in zip(self.layer_weights, seen.T, moved.T, strict=True):
-            found += weight * CubicSpline(x + shift, column)(x)
-        return found
-
-    def _turned(self, gradients: Array, changes: Array) -> tuple[Array, Array]:
-        """Displacement along x by changes of the displacements, and change of what light sees.
-
-        At the stations and heights of the layer under deformation gradients.
-        """
-        carried, tilts = self._layer_gradients(changes)
-        turned = np.zeros(carried.shape)
-        for i in range(2):
-            for j in range(2):
-                tilt = np.zeros((2, 2, 1, 1))
-                tilt[i, j] = TILT
-                slope = (self._shown(gradients + tilt) - self._shown(gradients - tilt)) / (2 * TILT)
-                turned += slope * tilts[i, j]
-        return carried, turned
-
-    def _small_strain(self, changes: Array) -> Array:
-        """`seen_slopes` without load."""
-        return (self._turned(np.eye(2)[:, :, None, None], changes)[1] @ self.layer_weights).T
-
-    def seen_slopes(self, coefficients: Array, changes: Array) -> Array:
-        """Derivatives of `seen_at_stations` along changes of the displacements, shape (M, k).
-
-        Parameters
-        ----------
-        coefficients : ndarray
-            Displacements, as of `solved`.
-        changes : ndarray, shape (k, ...)
-            Changes of them.
-        """
-        seen, moved, _ = self.seen(coefficients)
-        _, gradients = self._layer_gradients(coefficients)
-        gradients[0, 0] += 1
-        gradients[1, 1] += 1
-        carried, turned = self._turned(gradients, changes)
-        x, found = self.mesh.stations, np.zeros((len(self.mesh.stations), len(changes)))
-        for k, weight in enumerate(self.layer_weights):
-            place = x + moved[:, k]
-            rising = CubicSpline(place, seen[:, k]).derivative()(place)
-            own = turned[..., k] - rising * carried[..., k]
-            found += weight * CubicSpline(place, own, axis=1)(x).T
-        return found
+    def light(self) -> DeformedLight:
+        """What light sees of the strip."""
+        return DeformedLight(self.mesh, self._rows, self.photoelastic, self.transducer.plane)
 
 
 def _end(share: float) -> str:

@@ -21,6 +21,8 @@ from fringeforce.design.strip import Layer, Plane
 
 ITERATIONS = 30
 """Newton steps for the stretch across the strip; three are usual."""
+GRADIENT_STEP = 1e-5
+"""Change of a deformation gradient to whose two signs a derivative is taken: errors are 1e-10."""
 LAST = 1e-7
 """Relative change of that stretch after which none follows: a step leaves about its square."""
 

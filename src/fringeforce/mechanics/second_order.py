@@ -110,7 +110,7 @@ class Expansion:
     def _rest(self, forces: Array) -> Array:
         strip, flat = self.strip, forces.ravel()
         state = strip.near(strip.load(forces), np.tensordot(flat, self.units, axes=1))
-        return strip.seen_at_stations(state) - (self.first + self.second @ flat) @ flat
+        return strip.light.at_stations(state) - (self.first + self.second @ flat) @ flat
 
 
 @lru_cache(maxsize=8)
@@ -136,12 +136,13 @@ def orders(strip: FiniteStrip, units: Array, forces: Array) -> tuple[Array, Arra
     first, second : ndarray, shape (M, k)
         At the mesh's stations [Pa m / N, Pa m / N^2].
     """
-    small, weights = SMALL * units, strip.layer_weights
+    small, weights = SMALL * units, strip.light.weights
     left = [_unbalanced(strip, *one) for one in zip(small, forces, strict=True)]
     bent = strip.linear(np.array(left))
     first, second = np.empty((2, len(strip.mesh.stations), len(units)))
     for k, (one, twice) in enumerate(zip(small, bent, strict=True)):
-        (plus, u, rise), (minus, _, _) = strip.seen(one + twice), strip.seen(twice - one)
+        ends = one + twice, twice - one
+        (plus, u, rise), (minus, _, _) = (strip.light.by_height(end) for end in ends)
         odd = (plus - minus) / 2
         direct = ((plus + minus) / 2 + odd * rise) @ weights
         carried = CubicSpline(strip.mesh.stations, (odd * u) @ weights).derivative()

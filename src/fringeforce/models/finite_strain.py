@@ -142,7 +142,7 @@ def phase_of(sensor: Sensor, strip: FiniteStrip, x: Array, moved: Array) -> Arra
         Coefficients of the displacements [m].
     """
     constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
-    return phase_lead(strip.integrated_stress(moved, x), constant)
+    return phase_lead(strip.light.integrated_stress(moved, x), constant)
 
 
 def _at(sensor: Sensor, strip: FiniteStrip, x: Array, stress: Array) -> Array:
