@@ -1,0 +1,139 @@
+"""Functions that are compiled apart do what Python does, in every process that loads them."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+CALLEE = """
+from typing import NamedTuple
+
+import numpy as np
+
+from fringeforce.estimation.compiling import apart
+
+
+class Inner(NamedTuple):
+    bright: bool
+    row: np.ndarray
+
+
+class Outer(NamedTuple):
+    scale: float
+    inner: Inner
+    count: int
+
+
+@apart
+def weighted(outer, shift, line):
+    total = 0.0
+    for k in range(outer.count):
+        total += outer.scale * outer.inner.row[k] * line[k]
+        line[k] += shift
+    if not outer.inner.bright:
+        return -total
+    return total {change}
+"""
+
+CALLER = """
+import json
+
+import numpy as np
+
+from callee import Inner, Outer, weighted
+from fringeforce.estimation.compiling import entry, inner
+
+
+@entry
+def once(outer, line):
+    return weighted(outer, 0.5, line)
+
+
+@inner
+def between(outer, line):
+    return weighted(outer, 1.0, line) + 3.0
+
+
+@entry
+def twice(outer, line):
+    return between(outer, line) - weighted(outer, 0.0, line)
+
+
+def plainly(bright):
+    '''The same sums by NumPy.'''
+    row, line = np.arange(1.0, 5.0), np.array([2.0, 0.5, -1.0, 4.0])
+    sign = 1 if bright else -1
+    one = sign * 0.25 * row[:3] @ line[:3]
+    other = sign * 0.25 * row[:3] @ (line[:3] + 1)
+    return one, one + 3.0 - other
+
+
+if __name__ == "__main__":
+    found = []
+    for bright in (True, False):
+        outer = Outer(0.25, Inner(bright, np.arange(1.0, 5.0)), 3)
+        line = np.array([2.0, 0.5, -1.0, 4.0])
+        single = once(outer, line.copy())
+        double = twice(outer, line.copy())
+        once(outer, line)
+        found.append([single, double, line.tolist(), *plainly(bright), bright])
+    hits = [sum(f.stats.cache_hits.values()) for f in (once, twice, weighted.loop)]
+    print(json.dumps([found, hits]))
+"""
+
+
+def run(folder: Path) -> tuple[list, list[int]]:
+    """What the caller finds in a process of its own, and how many functions come from the cache."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
+    done = subprocess.run(
+        [sys.executable, "caller.py"],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found, hits = json.loads(done.stdout)
+    return found, hits
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Two modules, of which one calls what the other has compiled apart."""
+    (tmp_path / "callee.py").write_text(CALLEE.format(change=""))
+    (tmp_path / "caller.py").write_text(CALLER)
+    return tmp_path
+
+
+def check(found: list) -> None:
+    """Against NumPy, and what was written into the caller's array."""
+    for single, double, line, exact, exact_double, _ in found:
+        assert single == pytest.approx(exact, rel=1e-12)
+        assert double == pytest.approx(exact_double, rel=1e-12)
+        assert line == [2.5, 1.0, -0.5, 4.0]
+
+
+def test_callers_get_what_numpy_gets_compiled_and_from_the_cache(folder: Path):
+    """Records inside records, truth values, arrays that change, callers of callers."""
+    found, hits = run(folder)
+    check(found)
+    assert hits == [0, 0, 0]
+    found, hits = run(folder)
+    check(found)
+    assert all(hits), "nothing came from the cache, so that loading it was not tried"
+
+
+def test_a_caller_from_the_cache_jumps_to_what_its_callee_has_become(folder: Path):
+    """Its own code stays, and the function that it jumps to is the one of the source."""
+    run(folder)
+    (folder / "callee.py").write_text(CALLEE.format(change="* 10.0  # longer than before"))
+    found, hits = run(folder)
+    assert hits[0]
+    assert hits[1]
+    assert not hits[2]
+    for single, _, _, exact, _, bright in found:
+        assert single == pytest.approx(10 * exact if bright else exact, rel=1e-12)
