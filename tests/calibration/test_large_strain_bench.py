@@ -13,9 +13,12 @@ from scipy.stats import chi2 as chi_square
 
 import fringeforce as ff
 from fringeforce.calibration.calibrate import PARAMETERS
+from fringeforce.calibration.design_entries import varied
+from fringeforce.calibration.strain_phase import FrameContacts, StrainPhases
 from fringeforce.mechanics.finite_strain import finite_strip
-from fringeforce.models.finite_strain import phase_of
+from fringeforce.models.finite_strain import finite_press_phase, phase_of
 from fringeforce.models.imaging import Imaging
+from fringeforce.models.presses import press_phase
 
 pytestmark = pytest.mark.slow
 
@@ -194,3 +197,23 @@ def test_contacts_at_any_place_are_taken_from_their_own_elements() -> None:
     square = error @ np.linalg.solve(found.covariance[own, own], error)
     assert square < chi_square.isf(IMPROBABLE, len(PARAMETERS))
     assert not found.outliers
+
+
+def test_slopes_by_the_design_are_those_of_the_contacts_that_were_found():
+    """Contacts whose widths nobody knows begin half as wide as they are, and then are found."""
+    changes = {"transducer.strain": "finite", "transducer.loads": "follower"}
+    sensor = ff.load_sensor("skin").replace(**changes)
+    paths, grid = ("transducer.compliant.youngs_modulus",), np.linspace(-3e-3, 3e-3, 200)
+    place, force = np.array([4e-4]), np.array([[1.5, 0.3]])
+    phases = StrainPhases.none(np.zeros(1), 1, len(grid))
+    for width in (5e-4, 1e-3):
+        contacts = [FrameContacts(place, np.array([width]), force)]
+        phases = phases.about(sensor, paths, np.zeros(1), grid, contacts, near=1e-3)
+    press = ff.Press(x=4e-4, normal=1.5, tangential=0.3, width=1e-3)
+
+    def added(entry: float) -> np.ndarray:
+        made = varied(sensor, paths, np.array([entry]))
+        return finite_press_phase(made, grid, [press]) - press_phase(made, grid, [press])
+
+    exact = (added(0.05) - added(-0.05)) / 0.1
+    assert phases.added[1, 0] == pytest.approx(exact, abs=0.1 * np.abs(exact).max())

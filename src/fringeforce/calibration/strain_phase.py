@@ -26,6 +26,9 @@ from fringeforce.models.finite_strain import (
     share_of_contacts,
 )
 
+CARRIED = 0.1
+"""Share of what strain adds by which contacts may change it while slopes by the design are kept: of
+a modulus that is off by a tenth that leaves a hundredth of what strain adds."""
 STEP = 0.03
 """Step of an entry of the design, over which differences are taken: what strain adds is a small
 part of the phase, so that slopes which are right to a tenth are enough."""
@@ -72,16 +75,20 @@ class StrainPhases:
         At which each frame was solved; None for what has no contacts, or folds under them.
     added : ndarray, shape (1 + d, F, G)
         At the places of `ContactPhases.grid`, then its slopes by the entries [rad].
+    sloped : tuple of FrameContacts or None, length F
+        At which the slopes of each frame were found.
     """
 
     centre: Array
     solved: tuple[FrameContacts | None, ...]
     added: Array
+    sloped: tuple[FrameContacts | None, ...]
 
     @classmethod
     def none(cls, centre: Array, frames: int, places: int) -> StrainPhases:
         """Before any frame was solved."""
-        return cls(centre, (None,) * frames, np.zeros((1 + len(centre), frames, places)))
+        nothing = (None,) * frames
+        return cls(centre, nothing, np.zeros((1 + len(centre), frames, places)), nothing)
 
     def added_at(self, design: Array) -> Array:
         """What strain adds at a design near the centre, shape (F, G) [rad]."""
@@ -114,7 +121,8 @@ class StrainPhases:
             Change of the phase, to first order, below which a frame is not solved anew [rad].
         """
         off = design - self.centre
-        added, solved = self.added.copy(), list(self.solved)
+        added, solved, sloped = self.added.copy(), list(self.solved), list(self.sloped)
+        depth = sensor.transducer.compliant.thickness
         added[0] = self.added_at(design)
         effect = np.array([path in EFFECTS for path in paths], dtype=bool)
         made = varied(sensor, paths, design)
@@ -125,18 +133,24 @@ class StrainPhases:
         # slopes took care of the first order
         bent = float(np.square(off[~effect]).sum())
         for f, own in enumerate(contacts):
-            before, size = solved[f], float(np.abs(added[0, f]).max())
-            known = before is not None and len(before.widths) == len(own.widths)
-            if before is not None and known:
-                share = before.moved(own, sensor.transducer.compliant.thickness) + bent
-                if share * size < near:
-                    continue
-            # slopes are carried: they change little
-            slopes = added[1:, f] if known else None
-            found = _solved(sensor, made, beside, grid, own, slopes)
-            solved[f] = own if found is not None else None
+            size = float(np.abs(added[0, f]).max())
+            moved = _moved(solved[f], own, depth)
+            if np.isfinite(moved) and (moved + bent) * size < near:
+                continue
+            carried = _moved(sloped[f], own, depth) < CARRIED
+            found = _solved(sensor, made, beside, grid, own, added[1:, f] if carried else None)
             added[:, f] = 0.0 if found is None else found
-        return StrainPhases(design, tuple(solved), added)
+            solved[f] = None if found is None else own
+            if found is None or not carried:
+                sloped[f] = solved[f]
+        return StrainPhases(design, tuple(solved), added, tuple(sloped))
+
+
+def _moved(before: FrameContacts | None, own: FrameContacts, depth: float) -> float:
+    """`FrameContacts.moved` from contacts that were solved; infinite from other numbers of them."""
+    if before is None or len(before.widths) != len(own.widths):
+        return np.inf
+    return before.moved(own, depth)
 
 
 def _solved(
