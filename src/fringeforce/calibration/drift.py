@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.arrays import Array, Mask, numbers
+from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.base.progress import Progress
 from fringeforce.calibration.bench_loads import BenchLoads, presses_as_loads
@@ -148,7 +149,8 @@ def update(
     given = _of_tactels(model, loads)
     levels = _checked(model, frames, given, unloaded)
     known = _known(model, frames, levels, given, unloaded, times)
-    return UPDATED[model.sensor.kind](model, levels, known, drift or Drift(), unloaded, report)
+    with one_blas_thread():
+        return UPDATED[model.sensor.kind](model, levels, known, drift or Drift(), unloaded, report)
 
 
 def _updated_strip(

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
 from fringeforce.base.arrays import Array
+from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
 from fringeforce.base.measured import INTERVAL
 from fringeforce.calibration.bench_expectation import DOUBT
@@ -73,6 +74,7 @@ class Verification:
         return not self.wrong and set(self.statuses) <= {"OK", "NO_CONTACT"}
 
 
+@one_blas_thread()
 def verify(
     model: SensorModel | PadModel,
     frames: ArrayLike,
