@@ -147,6 +147,17 @@ def test_known_loads_tell_the_scale_of_a_given_matrix(
     assert np.square(errors).mean() < 4.5
 
 
+def test_frames_without_load_do_for_readings(
+    pulled: tuple[ff.BuiltSensor, np.ndarray, np.ndarray],
+) -> None:
+    true, _, _ = pulled
+    beam = _beam({"residual": "0 +/- 0.1 rad"})
+    rest = np.stack([true.expose(np.zeros((1, 2)), rng=n) for n in range(3)])
+    found = ff.update(beam, rest, unloaded=True)
+    reading = ff.Reader(found).search(true.expose([[80.0, 0.0]], rng=9))
+    assert np.isfinite(reading.std).all()
+
+
 def test_the_command_takes_known_loads(
     pulled: tuple[ff.BuiltSensor, np.ndarray, np.ndarray], tmp_path: Path
 ) -> None:

@@ -170,11 +170,6 @@ def test_frames_that_do_not_fit_are_refused(calibrated, frames, text) -> None:
         ff.update(calibrated, frames)
 
 
-def test_loads_by_position_are_those_of_pads(calibrated) -> None:
-    with pytest.raises(InputError, match="loads of tactels, frame by frame"):
-        ff.update(calibrated, np.zeros((2, PIXELS)), loads=[[ff.Press(x=0.0, normal=1.0)], []])
-
-
 def test_loads_of_a_skin_are_not_found_with_the_drift(calibrated) -> None:
     skin = replace(calibrated, sensor=calibrated.sensor.replace(skin={"extent": "10 mm"}))
     with pytest.raises(InputError, match="unloaded=True"):

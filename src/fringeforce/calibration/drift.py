@@ -27,9 +27,18 @@ from fringeforce.calibration.bench_search import SETTLED
 from fringeforce.calibration.checks import checked_bench, see_strip
 from fringeforce.calibration.crosstalk import allowed_shares
 from fringeforce.calibration.drift_report import EXPLAINED, FORCES, ROUNDS, Drift, Told, missed
+from fringeforce.calibration.fit import fitted
+from fringeforce.calibration.judgement import wrong_forces
 from fringeforce.calibration.load_log import LoadLog
+from fringeforce.calibration.pads.calibrated import wrong_presses
 from fringeforce.calibration.pads.drift import updated_pad
-from fringeforce.calibration.residual_length import UNLIKELY, correlation_lengths, probabilities
+from fringeforce.calibration.residual_length import (
+    UNLIKELY,
+    correlation_lengths,
+    equally_likely,
+    probabilities,
+)
+from fringeforce.calibration.strip_drift_search import DriftModes, StripDriftSearch
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.light import light_of_channels, pairs_of_channels
@@ -42,7 +51,13 @@ from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.pad import PadModel
 from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import DRIFTS, SMALLEST, uncertainty
+from fringeforce.models.uncertainty import (
+    DRIFTS,
+    FIELD_SAMPLES,
+    SMALLEST,
+    SPLINE_SAMPLES,
+    uncertainty,
+)
 from fringeforce.reading.strip_reader import StripFrameReader
 
 CAMERA = "camera.shift", "camera.scale"
@@ -102,13 +117,14 @@ def update(
     Parameters
     ----------
     model : SensorModel or PadModel
-        Calibrated; a strip with a skin takes unloaded frames.  A model with a given matrix need not
-        be calibrated: known loads tell the scale of its matrix, if that has a tolerance.
+        Calibrated; a strip with a skin takes unloaded frames or presses by position.  A model with
+        a given matrix need not be calibrated: known loads tell the scale of its matrix, if that has
+        a tolerance.
     frames : array_like, shape (F, n_pixels), or (F, rows, columns) of a pad
         Grey levels.
     loads : array_like, shape (F, n, components), BenchLoads, LoadLog or sequences, optional
-        Forces of tactels that acted [N], if they are known; of pads also presses by position or by
-        time, as `calibrate` takes them, within what is stated of places and forces, wrong ones left
+        Forces of tactels that acted [N], if they are known; or presses by position or by time, as
+        `calibrate` takes them, within what is stated of places, widths and forces, wrong ones left
         out.  Otherwise they are found with the rest.
     unloaded : bool
         Whether nothing touches the sensor in any of the frames.
@@ -156,12 +172,14 @@ def update(
 def _updated_strip(
     model: SensorModel,
     levels: Array,
-    known: Array | None,
+    known: Array | BenchLoads | TimedLoads | None,
     drift: Drift,
     unloaded: bool,
     report: Progress,
 ) -> SensorModel:
     """`update` for a strip."""
+    if isinstance(known, BenchLoads | TimedLoads):
+        return _under_presses(model, levels, known, drift, report)
     drifting = _drifting(model, drift)
     state = _State(drifting, levels, known)
     for number in range(ROUNDS):
@@ -174,6 +192,45 @@ def _updated_strip(
     states = _of_lengths(state)
     report("Done", ROUNDS, ROUNDS)
     return _updated(model, _Found.of(states), signed)
+
+
+def _under_presses(
+    model: SensorModel,
+    levels: Array,
+    known: BenchLoads | TimedLoads,
+    drift: Drift,
+    report: Progress,
+) -> SensorModel:
+    """What frames of presses say that are written down, and perhaps wrongly."""
+    drifting = _drifting(model, drift)
+    reader = StripFrameReader(drifting)
+    rows = _Rows.of(reader)
+    if RESIDUAL in rows.names:
+        places = reader.uncertain.places[:: SPLINE_SAMPLES // FIELD_SAMPLES]
+        lengths = correlation_lengths(drifting.sensor)
+        nodes = equally_likely(lengths, places, len(reader.uncertain.frame.fixed))
+        rows = rows.with_fields(drifting.sensor.tolerances[RESIDUAL] * reader.at_pixels(nodes))
+    changes = DriftModes(rows.camera, rows.fields, rows.brightness, rows.darkness, rows.shares)
+    shares = pairs_of_channels(len(model.sensor.polariscope.pictures))
+    unsure = {path: std for path in shares if (std := drifting.sensor.tolerances.get(path))}
+    stated = Tolerances({**model.sensor.tolerances, **unsure})
+    sensor = model.sensor.model_copy(update={"tolerances": stated})
+    search = StripDriftSearch(replace(model, sensor=sensor), changes, levels, known)
+    fit = fitted(search, report)
+    shared, covariance = search.drifted(fit)
+    found = _Found(drifting, rows, shared, covariance, np.eye(len(shared)), fit.explained)
+    later = _updated(model, found, signed=True, loose=CAMERA)
+    assert later.calibration is not None
+    loads = known if isinstance(known, BenchLoads) else known.at(fit.delay)
+    wrong = wrong_forces(fit)
+    words = (
+        *[f"Do not use this model: {wrong} Compare the loads with the frames."] * bool(wrong),
+        *later.calibration.findings,
+        *wrong_presses(later.calibration.outliers, loads),
+    )
+    usable = later.calibration.usable and not wrong
+    told = replace(later.calibration, usable=usable, delay=fit.delay, findings=words)
+    return replace(later, calibration=told)
 
 
 UPDATED: Mapping[str, Any] = {"strip": _updated_strip, "pad": updated_pad}
@@ -257,21 +314,10 @@ def _begun(model: Any) -> Any:
 def _of_tactels(
     model: SensorModel | PadModel, loads: ArrayLike | BenchLoads | LoadLog | Presses | None
 ) -> ArrayLike | BenchLoads | LoadLog | None:
-    """Forces of tactels where presses are no more than that, (F, n, components) [N]; else as given.
-
-    Raises
-    ------
-    InputError
-        If presses are anywhere on a strip.
-    """
+    """Forces of tactels, (F, n, components) [N], where presses are no more; else as given."""
     found: Any = presses_as_loads(loads) if are_presses(loads) else loads
     if isinstance(found, BenchLoads) and found.named and not found.stated:
         return found.on_tactels(model.sensor.tactels.total)
-    if isinstance(found, BenchLoads | LoadLog) and model.sensor.kind == "strip":
-        raise InputError(
-            "A strip is brought up to date with loads of tactels, frame by frame, without "
-            "deviations or widths of their own; give those, or leave the loads out."
-        )
     return found
 
 
@@ -312,13 +358,23 @@ def _checked(
         raise InputError(
             "update takes a calibrated model; this one is as drawn. Calibrate it first."
         )
-    if model.sensor.skin is not None and not unloaded and model.sensor.kind == "strip":
-        raise InputError(
-            "A strip's skin is brought up to date with frames without load; take such frames and "
-            "say so, unloaded=True."
-        )
     known = loads is not None and not isinstance(loads, BenchLoads | LoadLog)
-    if model.sensor.skin is not None and known:
+    skin, strip = model.sensor.skin is not None, isinstance(model, SensorModel)
+    if skin and strip and loads is None and not unloaded:
+        raise InputError(
+            "A strip's skin is brought up to date with frames without load, unloaded=True, or with "
+            "loads by position: a list of presses for every frame, or a table with x_mm."
+        )
+    if (
+        strip
+        and isinstance(loads, BenchLoads | LoadLog)
+        and "column correction" in model.provenance
+    ):
+        raise InputError(
+            "The columns of this model were corrected, those of tactels; give forces of tactels, "
+            "frame by frame, or calibrate without columns."
+        )
+    if skin and known:
         raise InputError(
             "A skin has no tactels whose loads are known; leave loads= out, or on a pad say where "
             "each contact is: a list of presses for every frame, or a table with x_mm and y_mm."
@@ -785,11 +841,14 @@ def _told(state: _Found, imaging: Imaging, signed: bool) -> list[Told]:
     return [one for one in found if one.before]
 
 
-def _updated(model: SensorModel, state: _Found, signed: bool) -> SensorModel:
+def _updated(
+    model: SensorModel, state: _Found, signed: bool, loose: tuple[str, ...] = ()
+) -> SensorModel:
     """The model as found, with what is left uncertain and words on what changed.
 
     What frames do not tell of stays where the calibration found it, as a tolerance of the model,
-    which every reading estimates.
+    which every reading estimates.  So does, about what is found, what is `loose`: found less surely
+    than single frames tell it.
     """
     assert model.imaging is not None
     assert model.calibration is not None
@@ -803,6 +862,12 @@ def _updated(model: SensorModel, state: _Found, signed: bool) -> SensorModel:
             covariance[np.ix_(~kept, ~kept)], shared[~kept]
         )
     shared[~kept] = 0.0
+    opened = {
+        name: state.origin.sensor.tolerances[name] * float(np.sqrt(covariance[row, row]))
+        for row, name in enumerate(rows.names)
+        if name in loose and name not in left
+    }
+    kept &= np.array([name not in opened for name in rows.names])
     root = np.zeros((len(kept), int(kept.sum())))
     root[kept] = np.linalg.cholesky(covariance[np.ix_(kept, kept)])
     moving, known = int(kept[: len(rows.influence)].sum()), len(before.influence_modes)
@@ -833,6 +898,10 @@ def _updated(model: SensorModel, state: _Found, signed: bool) -> SensorModel:
     change, values = np.zeros((len(found.names), root.shape[1])), found.values.copy()
     change[at] = by @ root
     values[at] += by @ shared
+    apart = np.zeros_like(found.covariance)
+    for path, std in opened.items():
+        own = found.names.index(path.replace(".", " "))
+        apart[own, own] = std**2
     for row, name in enumerate(rows.names):
         if rows.design[row] and name in found.names:
             own = found.names.index(name)
@@ -845,7 +914,7 @@ def _updated(model: SensorModel, state: _Found, signed: bool) -> SensorModel:
     calibration = replace(
         found,
         values=values,
-        covariance=found.covariance + change @ change.T,
+        covariance=found.covariance + change @ change.T + apart,
         modes=among(old.T, change.T).T,
         outliers=tuple(np.flatnonzero(~state.explained).tolist()),
         usable=bool(state.explained.mean() >= EXPLAINED),
@@ -853,13 +922,13 @@ def _updated(model: SensorModel, state: _Found, signed: bool) -> SensorModel:
         findings=(*missed(state.explained), *map(str, told), *[FORCES] * (not rows.design.any())),
     )
     drifting, light = state.origin.sensor, _light(model.sensor)
-    opened = {path: grey for path, grey in light.items() if path in left}
-    opened |= {UNEVEN: drifting.camera.unevenness} if UNEVEN in left else {}
+    lit = {path: grey for path, grey in light.items() if path in left}
+    lit |= {UNEVEN: drifting.camera.unevenness} if UNEVEN in left else {}
     found_now = allowed_shares(model.sensor.polariscope, shares)
-    sensor = with_values(model.sensor, {**found_now, **opened})
+    sensor = with_values(model.sensor, {**found_now, **lit})
     stated = {path: std for path, std in drifting.tolerances.items() if path in left}
     unsure = {path: std for path, std in sensor.tolerances.items() if path not in rows.names}
-    tolerances = Tolerances({**unsure, **stated})
+    tolerances = Tolerances({**unsure, **stated, **opened})
     return replace(
         model,
         psi=drifted.psi,

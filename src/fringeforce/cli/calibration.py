@@ -261,8 +261,7 @@ def update(
     loads: Annotated[
         Path | None,
         typer.Option(
-            help="CSV of the loads, if they are known: of tactels, of a pad also by position or "
-            "time."
+            help="CSV of the loads, if they are known: of tactels, by position or by time."
         ),
     ] = None,
     fps: Annotated[
@@ -292,8 +291,8 @@ def update(
     Light, residual retardance and the place of the camera; of several channels the light of each
     and cross-talk.
 
-    Frames need no known loads; these tell the scale of a given influence matrix besides. Of a pad
-    loads are a table of tactels, of presses by position (x_mm, y_mm), or a log by time (time_s), as
+    Frames need no known loads; these tell the scale of a given influence matrix besides. Loads are
+    a table of tactels, of presses by position (x_mm, of a pad y_mm), or a log by time (time_s), as
     `calibrate` takes them. What may have changed is one standard deviation each. Ends with status 1
     if no drift explains the frames.
     """

@@ -500,7 +500,7 @@ def at_nodes(model: SensorModel, values: Array) -> Array:
     samples = len(_nodes(model)[2])
     sides = _sides_of_pixels(values.shape[-1], samples)
     rows = values.reshape(-1, values.shape[-1])
-    return fitted(sides @ rows.T, samples).reshape(*values.shape[:-1], -1)
+    return fitted(sides @ rows.T, samples).reshape(*values.shape[:-1], sides.shape[0])
 
 
 @cache

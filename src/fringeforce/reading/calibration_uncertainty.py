@@ -74,7 +74,8 @@ class CalibrationUncertainty:
     def of(cls, model: SensorModel, imaging: Imaging) -> CalibrationUncertainty:
         """What an imaging of a model states."""
         influence = at_nodes(model, np.moveaxis(imaging.influence_modes, 1, -1))
-        columns = influence.reshape(len(influence), -1, influence.shape[-1])
+        forces = int(np.prod(influence.shape[1:-1]))  # there may be no modes
+        columns = influence.reshape(len(influence), forces, influence.shape[-1])
         count, channels = len(imaging.amplitude_modes), len(model.sensor.polariscope.pictures)
         brightness, darkness = (
             at_nodes(model, one.reshape(count, channels, -1)).reshape(count, -1)
