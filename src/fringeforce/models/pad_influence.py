@@ -245,15 +245,16 @@ def compressed(
     parts = [np.empty((*shape, len(basis)), dtype=np.float32) for basis in bases]
     kept, total, spline = 0.0, 0.0, _QuarterSpline(solid)
     for field, (image, twice) in enumerate(zip(images, STRESSES, strict=True)):
+        flat = image.reshape(*image.shape[:2], -1)
         for mode, weights in enumerate(twice * stress_optic_constant * profile.T):
-            samples = np.einsum("fsyx,s->fyx", image, weights).reshape(len(image), -1)
+            samples = (weights @ flat).reshape(len(image), ny, nx)
+            total += float(np.vdot(samples, samples))  # the loads of all kinds are orthonormal
             for parity, basis, part in zip(PARITIES, bases, parts, strict=True):
-                shown = (basis @ samples).reshape(-1, ny, nx)
-                quarter = fold(shown, _signs(parity, FIELDS[field])) / 4
-                total += float((shown**2).sum())
-                kept += 4 * float((quarter**2).sum())
-                through = spline.through(quarter, _signs(parity, FIELDS[field]))
-                part[field, mode] = np.moveaxis(through, 0, -1)
+                signs = _signs(parity, FIELDS[field])
+                folded = fold(samples, signs) / 4  # before loads are mixed: a quarter of the work
+                quarter = (basis @ folded.reshape(len(image), -1)).reshape(-1, *folded.shape[1:])
+                kept += 4 * float(np.vdot(quarter, quarter))
+                part[field, mode] = np.moveaxis(spline.through(quarter, signs), 0, -1)
     # a pad of one tactel has no load of one of the parities
     quarters = tuple(part.reshape(int(np.prod(shape)), part.shape[-1]) for part in parts)
     influence = PadInfluence(count, solid.x, solid.y, profile, quarters)

@@ -113,6 +113,21 @@ def test_a_large_patch_is_the_mean_of_the_points_in_it(pad: Block) -> None:
         np.testing.assert_allclose(whole[..., 0, :], share @ parts, atol=1e-5 * abs(whole).max())
 
 
+def test_patches_that_mirror_each_other_strain_the_block_as_each_does_alone(pad: Block) -> None:
+    """Of patches that are symmetric about the centre a quarter is solved; one alone is its own."""
+    x, y = np.linspace(-6e-3, 6e-3, 5), np.linspace(-4e-3, 4e-3, 4)
+    places = np.array([[along, across] for along in (-2e-3, 0.0, 2e-3) for across in (-1e-3, 1e-3)])
+    together = stress_influence(pad, Patches(places, 1e-3), x, y, slices=3)
+    for number, place in enumerate(places):
+        alone = stress_influence(pad, Patches(place[None], 1e-3), x, y, slices=3)
+        for all_of_them, one in (
+            (together.difference, alone.difference),
+            (together.shear, alone.shear),
+        ):
+            found = all_of_them[..., number, :]
+            np.testing.assert_allclose(found, one[..., 0, :], atol=1e-12 * abs(one).max())
+
+
 def test_rectangles_have_sides_of_their_own(pad: Block) -> None:
     x = np.array([-2e-3, 0.0, 3e-3])
     places, sides = np.array([[1e-3, 0.0], [-2e-3, 1e-3]]), np.array([[2e-3, 1e-3], [1e-3, 3e-3]])

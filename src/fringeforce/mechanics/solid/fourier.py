@@ -18,11 +18,17 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array
 from fringeforce.mechanics.fourier import harmonic_displacement
 from fringeforce.mechanics.moduli import lame_parameters
 from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
+
+MIRRORED = ((1, 1), (-1, 1), (1, -1))
+"""Signs that N, T_x and T_y take in mirrors along x and along y; shear stress has one more."""
+ROUNDING = 1e-12
+"""Distance that rounding leaves between a place and the mirror image of another [m]."""
 
 
 def stress_influence(
@@ -49,8 +55,9 @@ def stress_influence(
     shape = 3, len(patches.places), slices, len(y), len(x)
     difference, shear = np.empty(shape), np.empty(shape)
     loads = load_harmonics(block, patches, alpha, beta)
-    across = patches.places[:, 1]
-    rows = [np.flatnonzero(across == place) for place in np.unique(across)]
+    source, flipped = _mirror_images(patches, x, y)
+    solved, across = source == np.arange(len(source)), patches.places[:, 1]
+    rows = [np.flatnonzero(solved & (across == place)) for place in np.unique(across[solved])]
     synthesis = zip(loads, _known_waves(block, digits, slices), strict=True)
     at_x, at_y = np.outer(x + block.length / 2, alpha), np.outer(y + block.width / 2, beta)
     for component, ((load_x, load_y), (waves_d, waves_s)) in enumerate(synthesis):
@@ -64,8 +71,34 @@ def stress_influence(
                 for tactel in row:
                     right = (wave_x * load_x[:, tactel]).T
                     np.matmul(half, right, out=field[component, tactel])
+    for tactel in np.flatnonzero(~solved):
+        step = np.where(flipped[tactel], -1, 1)
+        for field, own in ((difference, 1), (shear, -1)):
+            for component, signs in enumerate(MIRRORED):
+                sign = np.prod(np.multiply(own, signs)[flipped[tactel]])
+                seen = field[component, source[tactel], :, :: step[1], :: step[0]]
+                np.multiply(seen, sign, out=field[component, tactel])
     fields = np.transpose(difference), np.transpose(shear)
     return SolidInfluence(x, y, heights, weights, *fields)
+
+
+def _mirror_images(
+    patches: Patches, x: Array, y: Array
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Which patch every patch is the mirror image of, shape (n,), and along which axes, (n, 2).
+
+    Patches and samples that are symmetric about the centre need a quarter of the patches solved;
+    others are images of themselves.
+    """
+    places = patches.places
+    alone = np.arange(len(places)), np.zeros(places.shape, dtype=bool)
+    even = all(np.allclose(one, -one[::-1], rtol=0.0, atol=ROUNDING) for one in (x, y))
+    if np.ndim(patches.size) or not even:
+        return alone
+    turned = places > ROUNDING
+    apart = np.abs(np.where(turned, -places, places)[:, None] - places).max(axis=2)
+    source = apart.argmin(axis=1)
+    return (source, turned) if apart.min(axis=1).max() < ROUNDING else alone
 
 
 def stress_of_loads(
