@@ -1,5 +1,6 @@
 """How the documentation is built; `make docs` does it."""
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -11,6 +12,9 @@ sys.path.insert(0, str(HERE / "extensions"))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import fringeforce  # noqa: E402 - its numbers are small; threads are settled first
+
+# nearly all that a build makes it keeps to its end: looking through it again and again finds little
+gc.set_threshold(100_000, 50, 100)
 
 project = "fringeforce"
 author = "The fringeforce developers"

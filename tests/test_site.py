@@ -31,7 +31,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in PARTS:
         shutil.copy(ROOT / name, copy)
     command = [sys.executable, "-m", "sphinx", "-b", "html", "-q", "-W", "--keep-going"]
-    command += ["-D", "run_pages=0", "-t", "without_sources"]
+    command += ["-D", "run_pages=0", "-D", "autodoc_preserve_defaults=0", "-t", "without_sources"]
     if (copy / "examples" / "gallery").is_dir():
         command += ["-D", "plot_gallery=0"]
     run = subprocess.run(
