@@ -488,7 +488,7 @@ class BenchPosterior:
         kept = own.copy()
         widths = np.minimum(size.width + size.width_std * own[3 * k : 4 * k], size.widest)
         farthest = (size.reach - np.maximum(widths, 0.0) / 2) / size.place
-        kept[2 * k : 3 * k] = np.clip(own[2 * k : 3 * k], -farthest, farthest)
+        kept[2 * k : 3 * k] = np.minimum(np.maximum(own[2 * k : 3 * k], -farthest), farthest)
         kept[3 * k : 4 * k] = (widths - size.width) / size.width_std
         return kept
 
@@ -545,7 +545,10 @@ class BenchPosterior:
         gradient, information = expected.slope(state.shared), expected.information
         for share, one in zip(self.shares, told, strict=True):
             gradient[one.which] += share * one.gradient
-            information[np.ix_(one.which, one.which)] += share * one.information
+            if self.bench.columns is None:  # all act on every frame
+                information += share * one.information
+            else:
+                information[np.ix_(one.which, one.which)] += share * one.information
         return gradient, information
 
 
@@ -583,9 +586,19 @@ class FrameModels:
         return self.bench.which[f, self.bench.contacts_of[f]]
 
     def of_frame(self, f: int) -> FrameModel:
-        """Model of one frame."""
+        """Model of one frame, whose loss, terms and own unknowns are asked for in turn."""
+        if f not in self._made:
+            self._made[f] = self._with_profiles(f, self._profiles(f))
+        return self._made[f]
+
+    @cached_property
+    def _made(self) -> dict[int, FrameModel]:
+        """Models of frames so far."""
+        return {}
+
+    def _profiles(self, f: int) -> Array:
+        """Those of the contacts of a frame, which frames with the same contacts share."""
         own, columns = self.contacts(f), self.bench.columns
-        # frames with contacts at the same places, and every step of a frame's own unknowns, share
         which = own.tobytes(), b"" if columns is None else self.tactels(f).tobytes()
         if which not in self._chosen:
             chosen = self.profiles[own]
@@ -593,7 +606,7 @@ class FrameModels:
                 more = self.corrections[self.tactels(f)]
                 chosen = chosen + self.middling[:, None] * more[:, :, None]
             self._chosen[which] = chosen
-        return self._with_profiles(f, self._chosen[which])
+        return self._chosen[which]
 
     @cached_property
     def _chosen(self) -> dict[tuple[bytes, bytes], Array]:

@@ -17,9 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import LinAlgError, get_lapack_funcs
 
 Array = NDArray[np.float64]
+
+_factorised, _solved = get_lapack_funcs(("potrf", "potrs"))
 
 
 class FrameTerms(NamedTuple):
@@ -77,15 +79,22 @@ class Eliminated:
         if not len(terms.own):
             none = np.zeros((0, len(terms.gradient)))
             return cls(terms.shared, terms.gradient, np.zeros(0), none, terms.own, which)
-        factor = cho_factor(terms.own)
-        response = -cho_solve(factor, terms.cross)
-        step = -cho_solve(factor, terms.own_gradient)
+        size, shared = terms.cross.shape
+        factor, failed = _factorised(terms.own, clean=0)
+        if failed:
+            raise LinAlgError("what a frame tells of its own unknowns leaves some of them open")
+        # one call for all: frames are many and small, and calls cost as much as sums
+        right = np.zeros((size, shared + 1 + size), order="F")
+        right[:, :shared], right[:, shared] = terms.cross, terms.own_gradient
+        np.fill_diagonal(right[:, shared + 1 :], 1.0)
+        solved = _solved(factor, right, overwrite_b=1)[0]
+        response, step = -solved[:, :shared], -solved[:, shared]
         return cls(
             terms.shared + terms.cross.T @ response,
             terms.gradient + response.T @ terms.own_gradient,
             step,
             response,
-            np.asarray(cho_solve(factor, np.eye(len(step)))),
+            solved[:, shared + 1 :],
             which,
         )
 
