@@ -55,12 +55,17 @@ class UnclosedFile(io.FileIO):
         return super().seek(offset, whence)
 
     def readinto(self, buffer: Buffer, /) -> int:
-        """Read on into a buffer."""
+        """Read on into a buffer.
+
+        Behind the last byte that was written all have the value 255, which the library takes for
+        no part of its descriptions: for sizes of zero it searches without end.
+        """
         at, view = self.tell(), memoryview(buffer).cast("B")
         count = super().readinto(view) or 0
+        view[count:] = b"\xff" * (len(view) - count)
         own = self._start[at : at + count]
         view[: len(own)] = own
-        return count
+        return len(view)
 
 
 def _said(block: Any) -> int:

@@ -27,6 +27,7 @@ from fringeforce.base.storage import (
     write_forces,
     write_frames,
 )
+from fringeforce.io.row_checksums import read_rows
 from fringeforce.io.tables import COMPONENTS
 
 if TYPE_CHECKING:
@@ -110,8 +111,7 @@ def load_frames(path: PathLike, dimensions: int = 1) -> NDArray[Any]:
             frames, found = read(file, "image"), 2
     elif Path(path).suffix.lower() in HDF5:
         with existing_file(path, *KINDS) as file:
-            # a recording that was killed may end with frames that nothing was said of yet
-            frames = read(file, "grey")[: read(file, "frame").size]
+            frames = read_rows(file, "grey", path)
             found = 2 if "y" in file else 1
     else:
         frames, found = load_array(path), dimensions
@@ -153,4 +153,4 @@ def load_times(path: PathLike) -> Array | None:
     if Path(path).suffix.lower() not in HDF5 or format_of(path) == f"fringeforce-{DATASET}":
         return None
     with existing_file(path, *KINDS) as file:
-        return read(file, "time")[: read(file, "frame").size] if "time" in file else None
+        return read_rows(file, "time", path) if "time" in file else None

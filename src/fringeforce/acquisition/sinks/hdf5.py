@@ -2,15 +2,20 @@
 
 The file is in single-writer multiple-reader mode: what `write` has returned from stays readable
 when the process is killed at any moment, and others can read along while it grows.
+
+A kill can end a write of the system between two pages of memory.  So the bytes of a row are written
+once and never again, each row has a checksum of its own, and what the library does write in place,
+its descriptions and indexes, lies within one page each.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from math import prod
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -28,6 +33,7 @@ from fringeforce.base.storage import (
     writing,
 )
 from fringeforce.io.frames import FRAMES, pixel_axes
+from fringeforce.io.row_checksums import CHECKSUMS, COVERED, rows_crc32
 from fringeforce.io.tables import contact_columns
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
@@ -39,16 +45,30 @@ UNITS = {"mm": ("m", 1e-3), "N": ("N", 1.0), "deg": ("rad", np.pi / 180), "Nmm":
 """SI units of the columns of a table of contacts by how their names end, and sizes in them."""
 ROOM = 2**18
 """Bytes that have to be free on the disk before a file begins: its description and first rows."""
-CHUNK, FRAME_CHUNK = 256, 64
-"""Most rows of numbers, and of grey levels, that are kept together."""
-CHUNK_BYTES = 2**17
-"""Room for them: whoever appends a row writes all that is kept together with it."""
+CHUNK_BYTES, FRAME_CHUNK_BYTES = 2**18, 2**20
+"""Room for the numbers, and for the grey levels, of the rows that are kept together.
+
+It is taken on the disk only as rows fill it.  Parts of an index are larger than a page after 8,000
+times as much, 8 GB of frames; the moment in which a kill can tear one of them, some 100 ns, then
+comes once for each room that is begun.
+"""
+PAGE = 4096
+"""Bytes of the system's smallest pages; a write within one page is done, or not done, at a kill."""
 
 
 def _contact_columns(columns: tuple[str, ...]) -> dict[str, tuple[str, float]]:
     """Names of the numbers of contacts, their units, and the size of the table's units in these."""
     parts = (name.rpartition("_") for name in columns)
     return {f"contact_{name}": UNITS[unit] for name, _, unit in parts}
+
+
+class _Column(NamedTuple):
+    """What there is of each frame: dimensions after `frame`, type, meaning and unit."""
+
+    dimensions: tuple[str, ...]
+    dtype: DTypeLike
+    meaning: str
+    unit: str = ""
 
 
 class Hdf5Sink(Sink):
@@ -79,10 +99,19 @@ class Hdf5Sink(Sink):
     ) -> None:
         self.name = f"{'recording' if frames else 'HDF5'} {os.fspath(path)}"
         self._frames, self._count = frames, 0
+        self._covered: dict[str, tuple[str, ...]] = {}
         with whole_file(path) as place:  # the library does not recover from a disk that is full
             place.write_bytes(bytes(ROOM))
         with writing(path):
-            self._file = h5py.File(path, "w", libver="latest", track_order=True)
+            self._file = h5py.File(
+                path,
+                "w",
+                libver="latest",
+                track_order=True,
+                fs_strategy="page",
+                fs_page_size=PAGE,
+                rdcc_nbytes=0,  # rows go to the file as they are, not with others kept with them
+            )
         self._describe(model)
         # no names or attributes can be added from here on
         self._file.swmr_mode = True
@@ -112,7 +141,7 @@ class Hdf5Sink(Sink):
             raise OSError(int(number[1]), os.strerror(int(number[1]))) from None
 
     def _append(self, readings: Readings) -> None:
-        columns = {
+        columns: dict[str, Any] = {
             "frame": np.arange(readings.first, readings.first + len(readings)),
             "time": readings.timestamps,
             "forces": readings.forces,
@@ -127,6 +156,12 @@ class Hdf5Sink(Sink):
                 columns[name] = size * numbers
         if self._frames:
             columns["grey"] = readings.lines
+        columns = {
+            name: np.asarray(values, dataset(self._file, name).dtype)
+            for name, values in columns.items()
+        }
+        for checksum, names in self._covered.items():
+            columns[checksum] = rows_crc32([columns[name] for name in names])
         end = self._count + len(readings)
         # the number of the frame comes last: a reader that sees it finds all the rest
         for name in reversed(columns):
@@ -151,25 +186,30 @@ class Hdf5Sink(Sink):
             places = sensor.tactels.places[:, 0]
             write(file, "tactel", places, ("tactel",), "m", "places of the tactels")
         else:
-            numbers = np.arange(1, sensor.tactels.total + 1)
-            write(file, "tactel", numbers, ("tactel",), None, "number of the tactel")
-        self._growing("frame", (), np.int64, f"running number of the {what}")
-        self._growing("time", (), float, f"when the {what} was exposed", SECONDS)
-        self._growing("forces", FORCE_AXES, float, "forces", "N")
-        self._growing("std", FORCE_AXES, float, "standard deviations of the forces", "N")
+            tactels = np.arange(1, sensor.tactels.total + 1)
+            write(file, "tactel", tactels, ("tactel",), None, "number of the tactel")
+        numbers: dict[str, _Column] = {
+            "frame": _Column((), np.int64, f"running number of the {what}"),
+            "time": _Column((), float, f"when the {what} was exposed", SECONDS),
+            "forces": _Column(FORCE_AXES, float, "forces", "N"),
+            "std": _Column(FORCE_AXES, float, "standard deviations of the forces", "N"),
+        }
         if is_skin(sensor):
             meaning = "number of the contact, the strongest first; 0 is all together"
             write(file, "contact", np.arange(ROWS), ("contact",), None, meaning)
             for name, (unit, _) in _contact_columns(contact_columns(sensor.components)).items():
-                self._growing(name, ("contact",), float, name.replace("_", " "), unit)
-        self._growing("chi2", (), float, "reduced chi-square")
-        status = self._growing("status", (), np.uint8, "verdict")
+                numbers[name] = _Column(("contact",), float, name.replace("_", " "), unit)
+        numbers["chi2"] = _Column((), float, "reduced chi-square")
+        numbers["status"] = _Column((), np.uint8, "verdict")
+        self._growing(numbers, CHUNK_BYTES, CHECKSUMS[0])
+        status = dataset(file, "status")
         status.attrs["flag_values"] = np.array(list(CODES.values()), dtype=np.uint8)
         status.attrs["flag_meanings"] = " ".join(status.name for status in CODES)
         if self._frames:
-            self._describe_pixels(model)
+            grey = self._describe_pixels(model)
+            self._growing({"grey": grey}, FRAME_CHUNK_BYTES, CHECKSUMS[1])
 
-    def _describe_pixels(self, model: SensorModel | PadModel) -> None:
+    def _describe_pixels(self, model: SensorModel | PadModel) -> _Column:
         places = pixel_axes(model.pixel_positions)
         for name, (values, meaning) in places.items():
             write(self._file, name, np.asarray(values), (name,), "m", meaning)
@@ -178,23 +218,30 @@ class Hdf5Sink(Sink):
             numbers = np.arange(1, model.frame_shape[0] + 1)
             write(self._file, "channel", numbers, ("channel",), None, "number of the channel")
             axes = "channel", *axes
-        dtype = np.uint8 if model.sensor.camera.bits <= 8 else np.uint16
-        self._growing("grey", axes, dtype, "grey levels")
-
-    def _growing(
-        self, name: str, dimensions: tuple[str, ...], dtype: DTypeLike, meaning: str, unit: str = ""
-    ) -> h5py.Dataset:
-        shape = tuple(dataset(self._file, dimension).shape[0] for dimension in dimensions)
-        row = max(prod(shape) * np.dtype(dtype).itemsize, 1)
-        most = FRAME_CHUNK if name == "grey" else CHUNK
-        length = min(most, max(CHUNK_BYTES // row, 1))
-        column = self._file.create_dataset(
-            name,
-            (0, *shape),
-            dtype,
-            maxshape=(None, *shape),
-            chunks=(length, *shape),
-            fletcher32=True,
+        return _Column(
+            axes, np.uint8 if model.sensor.camera.bits <= 8 else np.uint16, "grey levels"
         )
-        describe(column, ("frame", *dimensions), unit, meaning)
-        return column
+
+    def _growing(self, columns: Mapping[str, _Column], room: int, checksum: str) -> None:
+        """Make columns whose rows come as frames do, and that of their checksums."""
+        shapes = {
+            name: tuple(dataset(self._file, axis).shape[0] for axis in column.dimensions)
+            for name, column in columns.items()
+        }
+        sizes = (prod(shapes[name]) * np.dtype(columns[name].dtype).itemsize for name in columns)
+        length = max(room // sum(sizes), 1)
+        of = "picture" if "grey" in columns else "numbers"
+        check = _Column((), np.uint32, f"CRC-32 of the {of} of each frame")
+        for name, column in {**columns, checksum: check}.items():
+            shape = shapes.get(name, ())
+            made = self._file.create_dataset(
+                name,
+                (0, *shape),
+                column.dtype,
+                maxshape=(None, *shape),
+                chunks=(length, *shape),
+                fill_time="never",  # rows are written before they are counted
+            )
+            describe(made, ("frame", *column.dimensions), column.unit, column.meaning)
+        dataset(self._file, checksum).attrs[COVERED] = " ".join(columns)
+        self._covered[checksum] = tuple(columns)
