@@ -75,6 +75,7 @@ def test_a_broken_frame_among_good_ones_costs_its_own_row_only(place: Path) -> N
     np.save(place / "frames.npy", frames)
     result = run("read", "m.h5", "frames.npy", "-o", "r.csv", "--plot", cwd=place)
     assert result.returncode == 0, result.stderr
+    assert "r.csv: 3 frames, " in result.stdout
     assert "2 OK" in result.stdout
     assert "1 BAD_FRAME" in result.stdout
     with open(place / "r.csv", newline="") as file:

@@ -49,6 +49,10 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     frames = np.full((8, 2048), 5, np.uint8)
     save_frames(tmp_path / "frames.h5", frames, sensor.pixel_positions)
     np.save(tmp_path / "short.npy", frames[:, :100])
+    np.save(tmp_path / "pad.npy", np.full((1, *ff.load_sensor("pad").frame_shape), 5, np.uint8))
+    (tmp_path / "own.toml").write_text(sensor.to_toml(), encoding="utf-8")
+    creeping = sensor.replace(**{"transducer.photoelastic.optical_creep": [["3 %", "2 s"]]})
+    (tmp_path / "creeping.toml").write_text(creeping.to_toml(), encoding="utf-8")
     (tmp_path / "loads.csv").write_text(HEAD + "0,6,1,0.1\n", encoding="utf-8")
     (tmp_path / "readings.csv").write_text(
         READINGS + "0,6,1,0,1,0,0.1,0.1,0.1,0.1,OK\n", encoding="utf-8"
@@ -101,6 +105,19 @@ def test_what_is_typed_wrongly_is_named_with_what_may_be(
         ("read saad frames.h5 -o r.csv --tolerance camera.shiift=1", ["did you mean 'shift'"]),
         ("read saad frames.h5 -o r.csv --fps 0", ["0 frames per second"]),
         ("read saad frames.h5 -o r.csv --temperature warm", ["'warm'", "degrees Celsius"]),
+        ("read saad frames.h5 -o r.csv --friction -1", ["friction = -1", "greater than 0"]),
+        ("read pad pad.npy -o r.csv --friction 1", ["friction is for strips"]),
+        ("read saad frames.h5 -o r.csv --temperature 25", ["temperature_coefficient"]),
+        ("read creeping.toml frames.h5 -o r.csv", ["frames.h5 says nothing of when", "--fps"]),
+        ("live saad --friction nan", ["friction = nan", "greater than 0"]),
+        ("characterize frames.h5 -o m.h5", ["frames.h5 is no design: it holds frames", "'saad'"]),
+        ("characterize short.npy -o m.h5", ["short.npy is no design", "(.toml)"]),
+        ("reproduce frames.h5 --out out", ["frames.h5 is no design", "(.toml)"]),
+        ("study resolution frames.h5 --out out", ["frames.h5 is no design", "(.toml)"]),
+        ("extract short.npy folder -o f.h5", ["short.npy is no design", "(.toml)"]),
+        ("check saad frames.h5 loads.csv", ["saad is a design", "characterize saad -o model.h5"]),
+        ("update own.toml frames.h5 -o m.h5", ["own.toml is a design", "a model is needed"]),
+        ("creep saad frames.h5 loads.csv -o m.h5", ["saad is a design", "a model is needed"]),
         ("read frames.h5 frames.h5 -o r.csv", ["holds frames, and a model must"]),
         ("live saad --camera file:none.h5", ["no file none.h5"]),
         ("live saad --camera usb", ["no camera 'usb'", "webcam:NUMBER"]),
@@ -150,6 +167,9 @@ def test_update_looks_at_its_frames_before_it_fits(model: ff.SensorModel, desk: 
         "update model.h5 frames.h5 -o none/later.h5": "no folder none",
         "update frames.h5 model.h5 -o later.h5": "frames.h5 holds frames",
         "check model.h5 none.h5 loads.csv": "no file none.h5",
+        "check model.h5 frames.h5 loads.csv": "1 of 8 frames have a load that is not zero; at "
+        "least 4 are needed. Press in 3 more",
+        "characterize model.h5 -o later.h5": "model.h5 is no design: it holds a model; give",
         "creep model.h5 none.h5 loads.csv -o later.h5": "no file none.h5",
     }.items():
         assert word in refused(*line.split(), cwd=desk).stderr

@@ -23,7 +23,7 @@ from fringeforce.models.presses import are_presses
 from fringeforce.reading.strip_frames import SATURATION
 
 FEWEST = 4
-"""Frames without which nothing is calibrated."""
+"""Loaded frames without which nothing is calibrated or checked."""
 HEAVIEST, LIGHTEST = 500.0, 1e-4
 """Loads per tactel that no bench means to apply in newtons [N]."""
 NEIGHBOURS = 51
@@ -179,8 +179,9 @@ def _check_loads(sizes: Array, largest: float, levels: Array, sensor: Sensor | P
     camera, loaded = sensor.camera, sizes > 0
     if loaded.sum() < FEWEST:
         raise InputError(
-            f"{loaded.sum()} of {len(levels)} frames are loaded; at least {FEWEST} are needed, and "
-            "some 44 make a good calibration."
+            f"{loaded.sum()} of {len(levels)} frames have a load that is not zero; at least "
+            f"{FEWEST} are needed. Press in {FEWEST - loaded.sum()} more, or add their rows to the "
+            "loads."
         )
     if not LIGHTEST < largest < HEAVIEST:
         raise InputError(

@@ -102,8 +102,11 @@ def read(
     from fringeforce.io.bench_loads import load_frame_times
     from fringeforce.io.frames import load_applied
     from fringeforce.io.tables import save_contacts, save_readings
+    from fringeforce.models.creep import creeps
     from fringeforce.plotting.readings import draw_readings
+    from fringeforce.reading.frame_reader import check_friction
     from fringeforce.reading.reader import Reader
+    from fringeforce.reading.temperature import checked_scales
 
     writable(output, "tables", model, frames)
     sensor, solved = sensor_and_model(model, stated_tolerances(tolerance))
@@ -113,10 +116,12 @@ def read(
         times = load_frame_times(frames, len(images), fps)
     warm = temperatures(temperature, times)
     each = None if warm is None else np.broadcast_to(warm, len(images))
+    check_friction(sensor, friction)
+    checked_scales(sensor, warm, len(images))
+    if times is None and sensor.dimensions == 1 and creeps(sensor.transducer):
+        times = load_frame_times(frames, len(images))
     reader = Reader(solved(), friction)
     readings: Any = []
-    if reader.needs_times and times is None:
-        times = load_frame_times(frames, len(images))
     with compiling(), progress_bar() as advance:
         for reading in reader.stream(images, times=times, temperatures=each):
             readings.append(reading)
@@ -125,7 +130,8 @@ def read(
         statuses = save_contacts(output, readings, sensor.components)
     else:
         statuses = save_readings(output, readings, sensor.components)
-    print(f"{output}: " + ", ".join(f"{count} {name}" for name, count in statuses.items()))
+    verdicts = ", ".join(f"{count} {name}" for name, count in statuses.items())
+    print(f"{output}: {'1 frame' if len(readings) == 1 else f'{len(readings)} frames'}, {verdicts}")
     for status, reading in {reading.status: reading for reading in readings}.items():
         if status.name != "OK":
             print(f"  {reason(reading)}")

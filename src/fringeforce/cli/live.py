@@ -88,6 +88,7 @@ def live(
     from fringeforce.cli.display import busy, display, summary
     from fringeforce.cli.progress import compiling
     from fringeforce.pictures.region import Region
+    from fringeforce.reading.frame_reader import check_friction
     from fringeforce.reading.reader import Reader
     from fringeforce.reading.reading import Status
 
@@ -100,7 +101,8 @@ def live(
     if seconds is not None and not seconds > 0:
         raise InputError(f"--for {seconds:g}: must be more than 0 seconds; leave it out to go on.")
     seen = None if region is None else Region.load(region)
-    _, solved = sensor_and_model(model, stated_tolerances(tolerance))
+    sensor, solved = sensor_and_model(model, stated_tolerances(tolerance))
+    check_friction(sensor, friction)
     found = solved()
     reader = Reader(found, friction)
     slow = camera == "sim" and found.sensor.dimensions > 1

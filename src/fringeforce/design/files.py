@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fringeforce.base.errors import DesignError
+from fringeforce.base.storage import CALLED, format_of
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.design.text import toml_values
@@ -69,7 +70,11 @@ def load_sensor(name_or_path: str | os.PathLike[str]) -> Any:
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError:
-        raise DesignError(f"{path} is not a design file: it is not UTF-8 text.") from None
+        holds = CALLED.get(format_of(path).removeprefix("fringeforce-"), "no UTF-8 text")
+        raise DesignError(
+            f"{path} is no design: it holds {holds}; give a design file (.toml), or the name of a "
+            "shipped design, such as 'saad' or 'pad'."
+        ) from None
     except OSError as error:
         hint = suggestion(str(name_or_path), list(shipped))
         raise DesignError(

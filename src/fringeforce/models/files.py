@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.storage import format_of
+from fringeforce.design.files import shipped_designs, shipped_pads
 from fringeforce.models.pad import PAD, PadModel
 from fringeforce.models.strip import SensorModel
 
@@ -32,11 +34,13 @@ def load_model(path: PathLike) -> Any:
     >>> ff.load_model("model.h5").sensor.tactels.count
     11
     """
+    _refuse_design(path)
     return (PadModel if _is_pad(path) else SensorModel).load(path)
 
 
 def load_strip_model(path: PathLike) -> SensorModel:
     """Read the model of a strip, as `load_model`; FileFormatError if it is a pad's."""
+    _refuse_design(path)
     if _is_pad(path):
         raise FileFormatError(
             f"{path} is the model of a planar pad, and this works on strips only; pads go with "
@@ -44,6 +48,17 @@ def load_strip_model(path: PathLike) -> SensorModel:
             "Reader."
         )
     return SensorModel.load(path)
+
+
+def _refuse_design(path: PathLike) -> None:
+    """Raise FileFormatError for a design in the place of a model."""
+    name, file = os.fspath(path), Path(path)
+    shipped = {**shipped_designs(), **shipped_pads()}
+    if file.suffix.lower() == ".toml" or (name in shipped and not file.exists()):
+        raise FileFormatError(
+            f"{name} is a design, and a model is needed here; make one with  fringeforce "
+            f"calibrate, or without known loads with  fringeforce characterize {name} -o model.h5"
+        )
 
 
 def _is_pad(path: PathLike) -> bool:

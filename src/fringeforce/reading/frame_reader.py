@@ -25,6 +25,20 @@ FOLLOWING_STEPS = 12
 three."""
 
 
+def check_friction(sensor: Any, friction: float | None) -> None:
+    """Raise InputError for a coefficient of friction that readings of a sensor do not take."""
+    if friction is None:
+        return
+    if not friction > 0:
+        raise InputError(
+            f"friction = {friction}: must be greater than 0; leave it out for no limits."
+        )
+    if sensor.dimensions > 1:
+        if sensor.skin is None:
+            raise InputError("friction is for strips; read a pad without it.")
+        raise InputError("The friction of a pad's skin is that of its design; change it there.")
+
+
 @dataclass(frozen=True, eq=False)
 class FrameReader(ABC):
     """Reads frames of one sensor, each for itself.
@@ -44,10 +58,7 @@ class FrameReader(ABC):
     confidence: float = CONFIDENCE
 
     def __post_init__(self) -> None:
-        if self.friction is not None and not self.friction > 0:
-            raise InputError(
-                f"friction = {self.friction}: must be greater than 0; leave it out for no limits."
-            )
+        check_friction(self.model.sensor, self.friction)
         if not 0 < self.confidence < 1:
             raise InputError(
                 f"confidence = {self.confidence}: must be a probability between 0 and 1, such as "

@@ -251,7 +251,7 @@ class Reader:
         """
         used = self._single.usable(mask)
         levels = self._single.checked(frame, used)
-        own, scales = self._times(time, 1), checked_scales(self.model, temperature, 1)
+        own, scales = self._times(time, 1), checked_scales(self.model.sensor, temperature, 1)
         if isinstance(levels, Reading):
             return levels
         with self._turn:
@@ -354,7 +354,7 @@ class Reader:
         """
         levels, batch = self._prepared(frames, covariance)
         own, used = self._times(times, len(batch)), self._single.usable(mask)
-        scales = checked_scales(self.model, temperatures, len(batch))
+        scales = checked_scales(self.model.sensor, temperatures, len(batch))
         with self._turn:
             self._follower.read_on(levels, used, batch, progress)
             if scales is not None:
@@ -399,7 +399,7 @@ class Reader:
         """
         levels, batch = self._prepared(frames, covariance)
         own, creep = self._times(times, len(batch)), self._single.creep_filter(self._history)
-        scales = checked_scales(self.model, temperatures, len(batch))
+        scales = checked_scales(self.model.sensor, temperatures, len(batch))
         used = self._single.usable(mask)
         count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST_PART))
         ends = np.linspace(0, len(levels), count + 1).astype(int)

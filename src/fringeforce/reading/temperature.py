@@ -11,15 +11,15 @@ from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.models.pad import PadModel
-from fringeforce.models.strip import SensorModel
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 from fringeforce.models.temperature import optical_scale
 from fringeforce.reading.batch import Batch
 from fringeforce.reading.reading import Reading
 
 
 def checked_scales(
-    model: SensorModel | PadModel, temperatures: ArrayLike | None, frames: int
+    sensor: Sensor | Pad, temperatures: ArrayLike | None, frames: int
 ) -> tuple[Array, Array] | None:
     """Scales of frames and their standard deviations, shape (F,) each; none without temperatures.
 
@@ -30,7 +30,6 @@ def checked_scales(
     """
     if temperatures is None:
         return None
-    sensor = model.sensor
     if sensor.skin is not None or getattr(sensor.transducer, "strain", "linear") == "finite":
         raise InputError(
             "Readings take temperatures of strips and pads with tactels and small strain; leave "

@@ -27,13 +27,6 @@ class PadFrames(FrameReader):
 
     model: PadModel
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.friction is not None:
-            if self.model.sensor.skin is None:
-                raise InputError("friction is for strips; read a pad without it.")
-            raise InputError("The friction of a pad's skin is that of its design; change it there.")
-
     def check_signed(self) -> None:
         """Raise InputError if frames do not tell a force from its negative."""
         forms = np.concatenate([picture.forms for picture in self.model.pictures])
