@@ -1,5 +1,8 @@
 """Readings of strips that are not as drawn, whose design says by how much."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import pytest
 from exact_frames import Bench, drawing, loads
@@ -132,6 +135,30 @@ def test_a_departure_within_its_tolerance_is_read(name: str) -> None:
     # one frame in twenty may be left unread: of four, two are in one case of seventy
     assert unread <= 1
     assert wrong == 0
+
+
+def test_what_one_sensor_explains_is_where_a_sensor_nearby_begins(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of values that act together the frame is read again; it needs no second search."""
+    bench, tolerance = DEPARTURES["shifted camera, contacts beside tactels and thicker cover"]
+    rng, searched = np.random.default_rng(4), list[PosteriorSearch]()
+    attempts = PosteriorSearch.attempts
+
+    def counted(self: PosteriorSearch, *args: Any) -> Iterator[Any]:
+        for effort in attempts(self, *args):
+            searched.append(self)
+            yield effort
+
+    monkeypatch.setattr(PosteriorSearch, "attempts", counted)
+    forces = loads(rng, 1)
+    reader = ff.Reader(ff.characterize(drawing(**tolerance)))
+    reading = reader.search(bench.frames(forces, rng)[0])
+    assert reading.ok
+    error = (reading.forces - forces[0]).ravel()
+    assert chi2.sf(error @ np.linalg.solve(reading.covariance, error), error.size) > 1e-6
+    assert searched
+    assert all(search.centre is None for search in searched)
 
 
 PITCH = drawing().tactels.pitch

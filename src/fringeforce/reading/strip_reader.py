@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import islice
@@ -355,7 +355,12 @@ class StripFrameReader(StripFrames):
         return reader._followed(levels, used, before, MOVES)
 
     def _followed(
-        self, levels: NDArray[Any], used: Mask, before: Before, moves: int
+        self,
+        levels: NDArray[Any],
+        used: Mask,
+        before: Before,
+        moves: int,
+        known: Sequence[Top] = (),
     ) -> tuple[Reading, Located | None]:
         frame = np.where(used, levels.astype(float), np.nan)
         # single pixels that nothing explains would spoil the means over blocks; fits bear them
@@ -371,9 +376,10 @@ class StripFrameReader(StripFrames):
         silent = self._silent(posterior)
         if silent is not None and self._plainly_nothing(posterior, silent):
             return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
-        met = self._explained(posterior, lines, silent)
+        met = self._explained(posterior, lines, silent, known=known)
         if moves and met.promising and (nearer := self._nearer(met.best[0])) is not self:
-            return nearer._followed(levels, used, replace(before, unknowns=None), moves - 1)
+            anew = replace(before, unknowns=None)
+            return nearer._followed(levels, used, anew, moves - 1, met.rough)
         for _ in range(SOLUTIONS if self.higher_orders else 0):
             exact = self._centred(posterior, *met.best)
             if exact is posterior:
@@ -581,11 +587,22 @@ class StripFrameReader(StripFrames):
         return met
 
     def _explained(
-        self, posterior: Posterior, lines: Lines, silent: Top | None, attempts: int | None = None
+        self,
+        posterior: Posterior,
+        lines: Lines,
+        silent: Top | None,
+        attempts: int | None = None,
+        known: Sequence[Top] = (),
     ) -> Explanations:
-        """Explanations of a frame, the best first."""
+        """Explanations of a frame, the best first; those known of a sensor nearby are tried first.
+
+        They explain the frame in bins there, the best first.
+        """
         met, tried = Explanations(posterior), MetPhases(posterior.even)
-        done = self._searched(posterior, lines, met, tried, attempts)
+        starts = np.array([top.unknowns for top in known])
+        losses = np.array([top.loss for top in known])
+        done = self._tried([(starts, losses, 0.0)], posterior, met, tried)
+        done = done or self._searched(posterior, lines, met, tried, attempts)
         if silent is not None:
             met.add(silent)
         if not done and not (met.tops and met.explains(met.tops[0], FALSE_VERDICT)):
@@ -619,8 +636,19 @@ class StripFrameReader(StripFrames):
         mend: bool = True,
     ) -> bool:
         """Search until something explains the frame plainly, or so often; mend by mirror images."""
-        at = posterior.model.at
         efforts = islice(self._search.attempts(lines, met.tops), attempts)
+        return self._tried(efforts, posterior, met, tried, mend)
+
+    def _tried(
+        self,
+        efforts: Iterable[tuple[Array, Array, float]],
+        posterior: Posterior,
+        met: Explanations,
+        tried: MetPhases,
+        mend: bool = True,
+    ) -> bool:
+        """Fit starts of one effort after the other until something explains the frame plainly."""
+        at = posterior.model.at
         for starts, scores, _ in efforts:
             fits = list[Top]()
             done = False
