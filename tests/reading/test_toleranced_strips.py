@@ -207,6 +207,29 @@ def test_the_search_begins_nearer_to_the_blur_than_the_drawing(pixels: float) ->
     assert np.sqrt(np.mean(np.square(found - pixels))) < 0.8 * abs(drawn - pixels)
 
 
+def test_the_search_begins_nearer_to_the_light_along_the_strip_than_the_drawing() -> None:
+    """The lamp is three deviations dim, and darker at the ends by as much as is stated."""
+    rng, gain = np.random.default_rng(1), 0.85 - 0.04 * (X / HALF) ** 2
+    drawn = drawing(**{"camera.amplitude": "200 +/- 5 %", "camera.unevenness": "4 %"})
+    search = PosteriorSearch(uncertainty(ff.characterize(drawn)).frame)
+    bench = Bench(drawing(**{"camera.amplitude": 200.0}), PLACES, POINTS, gain=gain)
+    for frame in bench.frames(loads(rng, 30), rng):
+        found = search.gain(search.lines(frame.astype(float)).light)[0]
+        assert np.sqrt(np.mean(np.square(found - gain))) < 0.5 * np.sqrt(np.mean((1 - gain) ** 2))
+
+
+def test_the_search_begins_nearer_to_the_response_than_the_drawing() -> None:
+    """A power lifts what is dark and leaves what is bright; the visibility is uncertain too."""
+    rng = np.random.default_rng(1)
+    drawn = {"polariscope.visibility": "0.97 +/- 0.02", "camera.gamma": "1 +/- 0.08"}
+    search = PosteriorSearch(uncertainty(ff.characterize(drawing(**drawn))).frame)
+    frames = Bench(drawing(), PLACES, POINTS, gamma=0.85, visibility=0.95).frames(
+        loads(rng, 30), rng
+    )
+    found = np.array([search.lines(frame.astype(float)).light.power for frame in frames])
+    assert np.sqrt(np.mean(np.square(found - 0.85))) < 0.5 * 0.15
+
+
 @pytest.mark.slow
 def test_all_tolerances_together_are_read_with_honest_deviations(
     everything: ff.SensorModel,

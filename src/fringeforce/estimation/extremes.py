@@ -25,9 +25,16 @@ CROSSING = 0.7
 """Share of extremes that cross, before anything is known: of random loads it is 0.6 to 0.8."""
 EXTREME_ERROR = 0.006
 """Error of an extreme's level by the curvature of the phase, as a share of the amplitude."""
-STARTS = np.array([[a, b, c] for a in (-1.5, 0.0, 1.5) for b in (-1.0, 0.5) for c in (-0.5,)])
-"""Gain, visibility and blur from which the likelihood is climbed, in their deviations."""
-NEWTON_STEPS = 12
+OUTLYING, OUTLYING_ERROR = 0.05, 0.05
+"""Share of extremes whose level is off by more than noise, where the phase bends or neighbours are
+near, and the deviation of that, as a share of the amplitude."""
+GAIN_STEP, LIKELY_GAIN = 0.03, 3.5
+"""Gains from which the likelihood is climbed lie so far apart, less than extremes that are off
+reach, up to so many standard deviations."""
+BLUR_START, POWER_STARTS = -0.5, (-1.5, 0.0, 1.5)
+"""Blur and power of the response from which it is climbed, in their deviations: much blur makes
+crossings of all turns."""
+NEWTON_STEPS = 10
 """Newton steps; the likelihood is nearly Gaussian about its top."""
 
 
@@ -75,55 +82,78 @@ def _fitted(line, pace, places):
 
 
 @inner
-def _predicted(sign, pace, means, stds, e):
-    """Level of a crossing, and its derivatives by gain, visibility and blur in their deviations."""
-    g, v = means[0] + stds[0] * e[0], means[1] + stds[1] * e[1]
-    s = max(means[2] + stds[2] * e[2], 0.0)
+def _predicted(found, gains, means, stds, e, column):
+    """Level of a crossing; its derivatives by all unknowns into `column`.
+
+    The camera's response takes the share x = a l + b of the full scale to x^r.
+    """
+    modes, sign, pace, a, b = len(gains), found[0], found[3], found[4], found[5]
+    g = 1 + dot(gains, e[:modes])
+    v, s = means[0] + stds[0] * e[modes], max(means[1] + stds[1] * e[modes + 1], 0.0)
     contrast = np.exp(-((pace * s) ** 2) / 2)
-    by_gain = (1 + sign * v * contrast) / 2
-    by_visibility = g * sign * contrast / 2
-    by_blur = -by_visibility * v * pace * pace * s
-    return g * by_gain, stds[0] * by_gain, stds[1] * by_visibility, stds[2] * by_blur
+    for k in range(modes):
+        column[k] = gains[k] * (1 + sign * v * contrast) / 2
+    column[modes] = stds[0] * g * sign * contrast / 2
+    column[modes + 1] = -stds[1] * g * sign * contrast / 2 * v * pace * pace * s
+    column[modes + 2] = 0.0
+    light = g * (1 + sign * v * contrast) / 2
+    if stds[2] == 0:
+        return light
+    share, r = max(a * light + b, 1e-6), 1 + stds[2] * e[modes + 2]
+    seen = share**r
+    for k in range(modes + 2):
+        column[k] *= r * seen / share
+    column[modes + 2] = stds[2] * seen * np.log(share) / a
+    return (seen - b) / a
 
 
 @entry
-def _lit(found, means, stds):
-    """Gain, visibility and blur in their deviations at the top of the likelihood of extremes."""
-    best, top = np.zeros(3), -np.inf
-    turning = np.log((1 - CROSSING) / 0.5)
-    e, slope, step, column = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    normal, root, none = np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
-    for start in range(len(STARTS)):
-        for i in range(3):
-            e[i] = STARTS[start, i] if stds[i] > 0 else 0.0
+def _lit(found, gains, means, stds, begins):
+    """Unknowns of the light at the top of the likelihood that has the largest mass (Laplace).
+
+    It is climbed from several begins.
+    """
+    size = len(begins[0])
+    best, top = np.zeros(size), -np.inf
+    inside, off = np.log((1 - CROSSING) / 0.5), np.log(OUTLYING / np.sqrt(2 * np.pi))
+    e, slope, step, column = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    normal, root, none = np.empty((size, size)), np.empty((size, size)), np.zeros((size, size))
+    for start in range(len(begins)):
+        copied(begins[start], e)
         for turn in range(NEWTON_STEPS + 1):
             total = -dot(e, e) / 2
-            for i in range(3):
+            for i in range(size):
                 slope[i] = e[i]
-                for j in range(3):
+                for j in range(size):
                     normal[i, j] = 1.0 if i == j else 0.0
             for k in range(len(found)):
                 sign, level, deviation = found[k, 0], found[k, 1], found[k, 2]
-                expected, a, b, c = _predicted(sign, found[k, 3], means, stds, e)
-                miss = sign * (level - expected) / deviation
-                crosses = np.log(CROSSING / np.sqrt(2 * np.pi) / deviation) - miss**2 / 2
-                turns = turning - (miss**2 / 2 if miss > 0 else 0.0)
-                both = max(crosses, turns) + np.log1p(np.exp(-abs(crosses - turns)))
-                total += both
-                weight = np.exp(crosses - both) / deviation**2
-                column[0], column[1], column[2] = a, b, c
-                for i in range(3):
-                    slope[i] -= weight * column[i] * (level - expected)
-                    for j in range(3):
+                miss = sign * (level - _predicted(found[k], gains[k], means, stds, e, column))
+                wide = np.sqrt(deviation**2 + OUTLYING_ERROR**2)
+                over, far = (miss / deviation) ** 2 / 2, (miss / wide) ** 2 / 2
+                crosses = np.log(CROSSING / np.sqrt(2 * np.pi) / deviation) - over
+                turns = inside - (over if miss > 0 else 0.0)
+                outlies = off - np.log(wide) - far
+                most = max(crosses, turns, outlies)
+                crosses, turns = np.exp(crosses - most), np.exp(turns - most)
+                outlies = np.exp(outlies - most)
+                whole = crosses + turns + outlies
+                total += most + np.log(whole)
+                weight = (crosses / deviation**2 + outlies / wide**2) / whole
+                for i in range(size):
+                    slope[i] -= weight * column[i] * sign * miss
+                    for j in range(size):
                         normal[i, j] += weight * column[i] * column[j]
+            factorised(normal, none, 0.0, root)  # positive definite: it began as the identity
             if turn == NEWTON_STEPS:
+                for i in range(size):  # the mass about a top, and not its height, is likely
+                    total -= np.log(root[i, i])
                 if total > top:
                     top = total
                     copied(e, best)
                 break
-            factorised(normal, none, 0.0, root)  # positive definite: it began as the identity
             substituted(root, slope, step)
-            for i in range(3):
+            for i in range(size):
                 e[i] += min(max(step[i], -1.0), 1.0)
     return best
 
@@ -144,8 +174,9 @@ def extremes(line: Array, pace: Array, variance: float, clipped: Mask) -> Array:
 
     Returns
     -------
-    ndarray, shape (k, 4)
-        Sign (1 bright, -1 dark), level, its standard deviation, and pace [rad per pixel].
+    ndarray, shape (k, 5)
+        Sign (1 bright, -1 dark), level, its standard deviation, pace [rad per pixel], and place
+        [pixels].
     """
     smooth = gaussian_filter1d(line, SMOOTHING, mode="nearest")
     steps = np.diff(smooth)
@@ -155,24 +186,54 @@ def extremes(line: Array, pace: Array, variance: float, clipped: Mask) -> Array:
     turns = turns[(bright == peaks) & ~clipped[turns]]
     found = _fitted(line, gaussian_filter1d(pace, 8.0), turns)
     deviation = np.sqrt(variance * found[:, 4] + EXTREME_ERROR**2)
-    return np.column_stack([found[:, 1], found[:, 2], deviation, found[:, 3]])
+    return np.column_stack([found[:, 1], found[:, 2], deviation, found[:, 3], found[:, 0]])
 
 
 def light_of_extremes(
-    found: Array, gain: float, visibility: tuple[float, float], blur: tuple[float, float]
-) -> tuple[float, float, float]:
-    """Gain, visibility and blur that explain extremes best, and what is known of them before.
+    found: Array,
+    gains: Array,
+    visibility: tuple[float, float],
+    blur: tuple[float, float],
+    power: float,
+    response: Array,
+) -> tuple[Array, float, float, float]:
+    """Light that explains extremes best, and what is known of it before.
 
     Parameters
     ----------
-    found : ndarray, shape (k, 4)
+    found : ndarray, shape (k, 5)
         As of `extremes`.
-    gain : float
-        Standard deviation of the gain about 1.
+    gains : ndarray, shape (k, s)
+        What a standard deviation of each mode of the light changes in the gain where they are.
     visibility, blur : tuple of float
         Mean and standard deviation; blur in pixels.
+    power : float
+        Standard deviation of the power of the camera's response, over the power.
+    response : ndarray, shape (k, 2)
+        Amplitude and offset where they are, as shares of the full scale.
+
+    Returns
+    -------
+    modes : ndarray, shape (s,)
+        In their deviations.
+    visibility, blur, power : float
+        The power is over that of the drawing.
     """
-    means, stds = np.array([1.0, visibility[0], blur[0]]), np.array([gain, visibility[1], blur[1]])
-    if len(found) and stds.any():
-        means = means + stds * _lit(np.ascontiguousarray(found), means, stds)
-    return float(means[0]), float(means[1]), max(float(means[2]), 0.0)
+    modes = gains.shape[1]
+    means, stds = np.array([visibility[0], blur[0]]), np.array([visibility[1], blur[1], power])
+    e = np.zeros(modes + 3)
+    if len(found) and (stds.any() or gains.any()):
+        common = gains.mean(axis=0)
+        size = float(np.linalg.norm(common))
+        steps = int(LIKELY_GAIN * size / GAIN_STEP)
+        off = np.arange(-steps, steps + 1) * GAIN_STEP / size if size else np.zeros(1)
+        powers = np.array(POWER_STARTS if power else (0.0,))
+        begins = np.zeros((len(powers), len(off), len(e)))
+        begins[..., :modes] = np.outer(off, common / max(size, np.finfo(float).tiny))
+        begins[..., modes + 1] = BLUR_START if blur[1] else 0.0
+        begins[..., modes + 2] = powers[:, None]
+        begins = begins.reshape(-1, len(e))
+        lines = np.column_stack([found[:, :4], response])
+        e = _lit(lines, np.ascontiguousarray(gains), means, stds, begins)
+    seen, spread = means + stds[:2] * e[modes : modes + 2]
+    return e[:modes], float(seen), max(float(spread), 0.0), float(1 + power * e[modes + 2])

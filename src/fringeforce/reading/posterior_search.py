@@ -61,6 +61,8 @@ FIRST_EFFORTS = 2
 """Efforts, from either end, of a search that is one of several."""
 BINS = 4
 """Pixels that count as one while explanations are looked for."""
+LEAST_POWER = 0.1
+"""Power of a camera's response, over that of the drawing, below which none is taken seriously."""
 LEAST_PHASE = 0.3
 """Phase that the loads of a frame are expected to cause at least, root mean square [rad]."""
 
@@ -122,12 +124,25 @@ EFFORTS = (
 
 
 class Light(NamedTuple):
-    """Light of a frame: gain and offset against the drawing, visibility and blur [pixels]."""
+    """Light of a frame.
 
-    gain: float
+    Attributes
+    ----------
+    modes : ndarray, shape (s,)
+        Of light and influence matrix, of which those of the light count.
+    offset : float
+        Against the drawing's, over the amplitude.
+    visibility, blur : float
+        Of the fringes, and of the point spread [pixels].
+    power : float
+        Of the camera's response over that of the drawing.
+    """
+
+    modes: Array
     offset: float
     visibility: float
     blur: float
+    power: float
 
 
 class Lines(NamedTuple):
@@ -193,23 +208,65 @@ class PosteriorSearch:
     def _light(self, lines: Array, clipped: Mask, variances: Array, paces: Array) -> Light:
         """Light from the extremes of lines; those that are clipped are none."""
         model, at = self.model, self.model.at
-        gain = float(np.sqrt(np.square(model.brightness).sum(axis=0).mean()))
-        if not gain and at.gamma == at.visibility:  # it is as drawn
+        if not model.brightness.any() and at.crosstalk == at.visibility:  # it is as drawn
             return self._drawn
-        found = np.concatenate(
-            [
-                extremes(line, pace, float(variance), out)
-                for line, out, variance, pace in zip(lines, clipped, variances, paces, strict=True)
-            ]
-        )
+        rows = [
+            extremes(line, pace, float(variance), out)
+            for line, out, variance, pace in zip(lines, clipped, variances, paces, strict=True)
+        ]
+        found, channel = np.concatenate(rows), np.repeat(np.arange(len(rows)), list(map(len, rows)))
+        place = np.clip(np.rint(found[:, 4]).astype(np.intp), 0, lines.shape[1] - 1)
         blur = model.blur, model.blur_std if at.gamma > at.blur else 0.0
         visibility = model.visibility, model.visibility_std if at.blur > at.visibility else 0.0
-        gain, clear, spread = light_of_extremes(found, gain, visibility, blur)
-        return Light(gain, 0.0, clear, spread)
+        # behind the curve of sRGB a power does something else
+        power = 0.0 if model.srgb else model.gamma_std / model.gamma
+        gains = self._gains[:, channel, place].T
+        found = light_of_extremes(found, gains, visibility, blur, power, self._response[channel])
+        return Light(found[0], 0.0, *found[1:])
 
     @cached_property
     def _drawn(self) -> Light:
-        return Light(1.0, 0.0, self.model.visibility, self.model.blur)
+        return Light(
+            np.zeros(len(self.model.brightness)), 0.0, self.model.visibility, self.model.blur, 1.0
+        )
+
+    @cached_property
+    def _gains(self) -> Array:
+        """What modes change in the gain at the pixels of every channel, shape (s, C, P)."""
+        model, channels = self.model, len(self.model.bias)
+        pixels = len(model.amplitude) // channels
+        rows = model.brightness.reshape(-1, channels, len(model.fixed))
+        first, weights = model.first[:pixels], model.weights[:pixels]
+        found = np.zeros((len(rows), channels, pixels))
+        for t in range(4):
+            found += rows[:, :, first + t] * weights[:, t]
+        return found
+
+    @cached_property
+    def _response(self) -> Array:
+        """Amplitude and offset of every channel over the full scale, shape (C, 2)."""
+        rows = np.stack([self.model.amplitude, self.model.offset])
+        return rows.reshape(2, len(self.model.bias), -1).mean(axis=2).T / self.model.full_scale
+
+    def gain(self, light: Light) -> Array:
+        """Gain of a light at the pixels of every channel, shape (C, P)."""
+        return np.asarray(1 + np.tensordot(light.modes, self._gains, axes=1))
+
+    def plain(self, lines: Lines, light: Light) -> Array:
+        """Intensity of lines if the gain were one all along, without offset, shape (C, P).
+
+        Parameters
+        ----------
+        lines : Lines
+            Of the frame.
+        light : Light
+            Of the frame.
+        """
+        found, gain = lines.intensity, self.gain(light)
+        if light.power != 1.0:
+            a, b = self._response.T[:, :, None]
+            found = (np.maximum(a * found + b, 0.0) ** (1 / light.power) - b) / a
+        return (found - light.offset) / np.maximum(gain, np.finfo(float).eps)
 
     @cached_property
     def _large(self) -> NDArray[np.bool_]:
@@ -355,9 +412,9 @@ class PosteriorSearch:
         modes = self._begin if modes is None else modes
         pace, contrast = self.true_pace(lines, light)
         push = effort.scale * self.pushing(pace)
-        edges = block_edges(pace, effort.extent)
+        edges, plain = block_edges(pace, effort.extent), self.plain(lines, light)
         blocks = [
-            self._folded(lines, light, effort, edges, contrast, c)
+            self._folded(lines, plain, light, effort, edges, contrast, c)
             for c in range(len(self.model.bias))
         ]
         fold, variance, single, bias, ratio = (
@@ -400,23 +457,18 @@ class PosteriorSearch:
         unit, fixed = columns["load"][:, load], columns["fixed"][:, 0]
         most = DENSE / np.abs(np.diff(unit)).max()
         forces = np.linspace(0.0, most, 2 + int(most * np.abs(unit).max() / STRIDE))
-        lights = dict.fromkeys((lines.light, self._drawn))
+        lights = [lines.light] if lines.light is self._drawn else [lines.light, self._drawn]
         found, scores = np.zeros((len(lights), len(forces), model.at.size)), list[Array]()
         for own, light in zip(found, lights, strict=True):
             own[:, load] = forces
             self.lit(own, light)
             errors = np.zeros(len(forces))
-            for line, seen, variance, ratio, bias in zip(
-                lines.intensity,
-                lines.seen,
-                lines.variance,
-                model.dispersion,
-                model.bias,
-                strict=True,
+            for c, (seen, line) in enumerate(
+                zip(lines.seen, self.plain(lines, light), strict=True)
             ):
-                phase = (np.outer(forces, unit) + fixed) * ratio + bias
-                bright = light.gain * (1 - light.visibility * np.cos(phase)) / 2
-                error = np.square(bright - line) / (variance + LEVEL_ERROR**2)
+                phase = (np.outer(forces, unit) + fixed) * model.dispersion[c] + model.bias[c]
+                bright = (1 - light.visibility * np.cos(phase)) / 2
+                error = np.square(bright - line) / (lines.variance[c] + LEVEL_ERROR**2)
                 errors += np.minimum(error, OUTLIER**2)[:, seen].sum(axis=1)
             scores.append(errors)
         flat = np.concatenate(scores)
@@ -442,6 +494,7 @@ class PosteriorSearch:
     def _folded(
         self,
         lines: Lines,
+        plain: Array,
         light: Light,
         effort: Effort,
         edges: NDArray[np.intp],
@@ -452,7 +505,7 @@ class PosteriorSearch:
         model, seen = self.model, lines.seen[channel].astype(float)
         count = np.add.reduceat(seen, edges[:-1])
         size = np.maximum(count, 1)
-        line = (lines.intensity[channel] - light.offset) / light.gain
+        line = plain[channel]
         mean = np.add.reduceat(seen * line, edges[:-1]) / size
         kept = np.add.reduceat(contrast[channel], edges[:-1]) / np.diff(edges)
         swing = (1 - 2 * mean) / (light.visibility * kept)
@@ -602,26 +655,27 @@ class PosteriorSearch:
     def lit(self, starts: Array, light: Light) -> None:
         """Fill in the unknowns of the light."""
         model, at = self.model, self.model.at
-        gains = model.brightness.mean(axis=1) if len(model.brightness) else np.zeros(0)
-        if gains.any():
-            starts[:, at.modes : at.visibility] += (light.gain - 1) * gains / (gains @ gains)
+        starts[:, at.modes : at.visibility] += light.modes
         if at.blur > at.visibility:
             starts[:, at.visibility] = (light.visibility - model.visibility) / model.visibility_std
         if at.gamma > at.blur:
             starts[:, at.blur] = (light.blur - model.blur) / model.blur_std
+        if at.crosstalk > at.gamma:
+            starts[:, at.gamma] = (light.power - 1) * model.gamma / model.gamma_std
 
     def fitted(self, top: Top) -> Light:
         """Light of an explanation."""
         model, at, e = self.model, self.model.at, top.unknowns
-        modes = e[at.modes : at.visibility]
-        gain = 1 + float(model.brightness.mean(axis=1) @ modes) if len(modes) else 1.0
-        offset = float(model.darkness.mean(axis=1) @ modes) if len(modes) else 0.0
-        visibility, blur = model.visibility, model.blur
+        modes = e[at.modes : at.visibility] * model.brightness.any(axis=1)
+        offset = float(model.darkness.mean(axis=1) @ e[at.modes : at.visibility])
+        visibility, blur, power = model.visibility, model.blur, 1.0
         if at.blur > at.visibility:
             visibility += model.visibility_std * e[at.visibility]
         if at.gamma > at.blur:
             blur = max(blur + model.blur_std * e[at.blur], 0.0)
-        return Light(gain, offset / float(model.amplitude.mean()), visibility, blur)
+        if at.crosstalk > at.gamma and not model.srgb:
+            power = max(1 + model.gamma_std / model.gamma * e[at.gamma], LEAST_POWER)
+        return Light(modes, offset / float(model.amplitude.mean()), visibility, blur, power)
 
     def attempts(self, lines: Lines, best: list[Top]) -> Iterator[tuple[Array, Array, float]]:
         """Starts of one effort after the other; `best` holds the explanations so far."""
