@@ -207,7 +207,8 @@ class StripFollower(Follower):
         return self._held is not None and self._count <= MORE
 
     def _read_alone(self, levels: NDArray[Any], used: Mask) -> Reading:
-        known = Before(self._last, self._earlier, self._within)
+        centre = self._reader.uncertain.centre
+        known = Before(self._last, self._earlier, self._within, centre)
         reading, located = self._single.followed(levels, used, known)
         before = self._begun
         self._filter = self._begun = self._last = self._held = self._several = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import islice
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
+from scipy.ndimage import minimum_filter1d
 
 from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
@@ -20,12 +21,17 @@ from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
 from fringeforce.estimation.faint_light import faint_light
 from fringeforce.estimation.followed_frames import JUMP
-from fringeforce.estimation.frame_exposure import expose, node_phase
+from fringeforce.estimation.frame_exposure import expose, node_columns, node_phase
+from fringeforce.estimation.frame_information import information
 from fringeforce.estimation.frame_loss import Prior, pulls_at
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases, mixture
 from fringeforce.estimation.likelihood import NO_BIAS
-from fringeforce.estimation.linearised_frame import Linearised, linearise
+from fringeforce.estimation.linearised_frame import (
+    Linearised,
+    linearise,
+    pulled_phase,
+)
 from fringeforce.estimation.phase_stretches import NOTHING, Hidden
 from fringeforce.estimation.posterior import (
     HEATS,
@@ -37,7 +43,8 @@ from fringeforce.estimation.posterior import (
 )
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_VERDICT, square_limit
 from fringeforce.models.creep import Creep
-from fringeforce.models.uncertainty import RATIO
+from fringeforce.models.node_splines import coefficients, sampled
+from fringeforce.models.uncertainty import RATIO, REGISTRATION
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.contact_prior import (
     FRICTION,
@@ -54,7 +61,6 @@ from fringeforce.reading.posterior_search import (
     BINS,
     CANDIDATES,
     FIRST_EFFORTS,
-    TELLING_SHARE,
     Lines,
     PosteriorSearch,
 )
@@ -94,6 +100,8 @@ percent.  Where it was not solved, what is `HARMLESS` is a part of the deviation
 PRODUCTS = 1e-3
 """Products of what values of the design, the camera and contacts change in the influence, over its
 peak, from which a reading takes them exactly: of ten radians the noise of a pixel."""
+PITCH = "tactels.pitch"
+"""Path of the value that moves all contacts."""
 MOVES = 3
 """Times that a frame is read again with products that are exact nearer to what was found."""
 SENSORS = 8
@@ -156,11 +164,14 @@ class Before:
         Grey levels of the last frames that were read, of the same pixels, the last one last.
     within : ndarray of bool, shape (m,), or None
         Where the phase may be another than what goes on from the last frame; None if anywhere.
+    centre : mapping
+        Values about which the last frame was read, as of `Uncertainty.centre`.
     """
 
     unknowns: Array | None = None
     frames: Sequence[NDArray[Any]] = ()
     within: Mask | None = None
+    centre: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,7 +212,7 @@ class StripFrameReader(StripFrames):
         found, count = self.uncertain, len(self.uncertain.frame.influence)
         return np.array([found.centre.get(mode.name, 0.0) for mode in found.modes[:count]])
 
-    def _nearer(self, unknowns: Array) -> StripFrameReader:
+    def _nearer(self, posterior: Posterior, unknowns: Array) -> StripFrameReader:
         """What reads with products that are exact near unknowns; itself where they are small.
 
         Of what was calibrated the values are nearly known, and large strain has a centre of its
@@ -210,60 +221,86 @@ class StripFrameReader(StripFrames):
         found, frame = self.uncertain, self.uncertain.frame
         if found.matrix.calibrated or len(frame.curvature) or not len(frame.influence):
             return self
-        modes = self._likeliest_modes(unknowns)
+        modes = self._likeliest_modes(posterior, unknowns)
         turns = np.append(np.abs(modes - self._off) * found.turns, self._contacts_turn)
         if (turns.sum() ** 2 - np.square(turns).sum()) / 2 < PRODUCTS:
             return self
         whole = found.turns.sum() + self._contacts_turn.sum()
         beside = found.turns * (whole - found.turns)
         step = np.minimum(2 * PRODUCTS / np.maximum(beside, PRODUCTS), 1.0)
-        centre = {
-            mode.name: float(e)
-            for mode, e in zip(found.modes, step * np.rint(modes / step), strict=False)
-            if e and mode.name != RATIO
-        }
-        if centre == found.centre:
+        return self._about(
+            {
+                mode.name: float(e)
+                for mode, e in zip(found.modes, step * np.rint(modes / step), strict=False)
+                if e and mode.name != RATIO
+            }
+        )
+
+    def _about(self, centre: Mapping[str, float]) -> StripFrameReader:
+        """What reads with products that are exact at other values, as of `Uncertainty.centre`."""
+        if centre == self.uncertain.centre:
             return self
         key, kept = (self.noise, *centre.items()), self._sensors
         if (nearer := kept.get(key)) is None:  # threads share what is kept
-            nearer = replace(self, centre=found.about(centre))
+            nearer = replace(self, centre=self.uncertain.about(centre))
             for oldest in list(kept)[: len(kept) + 1 - SENSORS]:
                 kept.pop(oldest, None)
             kept[key] = nearer
         return nearer
 
-    def _likeliest_modes(self, unknowns: Array) -> Array:
-        """The likeliest modes of the influence matrix that show contacts where they do, shape (d,).
+    def _likeliest_modes(self, posterior: Posterior, unknowns: Array) -> Array:
+        """The likeliest modes of the influence matrix if contacts lie where they are found, (d,).
 
-        Contacts that all lie beside their tactels look as those under a camera that is shifted,
-        which is likelier.
+        The model has what a shift of the camera changes under contacts as drawn, so that it holds
+        modes where it is exact.  This is a step of Gauss and Newton with what it changes under the
+        contacts that were found.
         """
-        frame, at = self.uncertain.frame, self.uncertain.frame.at
-        modes = unknowns[at.modes :][: len(frame.influence)]
-        if at.width == at.place:
-            return modes
-        size = np.hypot(unknowns[: at.loads : 2], unknowns[1 : at.loads : 2])
-        told = size > TELLING_SHARE * size.max()
-        moved, moving = self._moved[:, told], self._moved.any(axis=1)
-        shown = unknowns[at.place : at.width][told] + modes @ moved
-        likely = np.linalg.solve(np.eye(len(modes)) + moved @ moved.T, moved @ shown)
-        return np.where(moving, likely, modes)
+        model, at = posterior.model, posterior.model.at
+        own = slice(at.modes, at.modes + len(model.influence))
+        rows, change = self._seen_elsewhere(model, unknowns)
+        if not len(rows):
+            return unknowns[own]
+        about = Linearised(*linearise(model, posterior.prior, posterior.frame, unknowns))
+        known = information(model, posterior.frame, unknowns, change)
+        turned = np.zeros((at.size, len(known)))  # of the unknowns in what was summed
+        turned[np.arange(at.size), np.arange(at.size)] = 1.0
+        turned[rows, at.size + np.arange(len(rows))] = 1.0
+        hessian = turned @ known @ turned.T + np.diag(posterior.prior.precision) + about.cone
+        gradient = about.gradient.copy()
+        gradient[rows] += change @ pulled_phase(about)
+        return np.asarray((unknowns - np.linalg.solve(hessian, gradient))[own])
 
-    @cached_property
-    def _moved(self) -> Array:
-        """How far a deviation of each mode moves contacts as seen, over that of places, (d, n)."""
-        sensor, frame = self.model.sensor, self.uncertain.frame
-        places, std = sensor.tactels.positions, sensor.tolerances
-        ways = {
-            "camera.shift": -np.ones_like(places),
-            "camera.scale": -places,
-            "tactels.pitch": places / sensor.tactels.pitch,
-        }
-        found = np.zeros((len(frame.influence), len(places)))
-        for row, mode in zip(found, self.uncertain.modes, strict=False):
-            if mode.name in ways:
-                row[:] = std[mode.name] * ways[mode.name] / frame.place
-        return found
+    def _seen_elsewhere(self, model: FrameModel, unknowns: Array) -> tuple[NDArray[np.intp], Array]:
+        """Unknowns of values that move what the camera sees of contacts that are beside tactels.
+
+        Returns
+        -------
+        rows : ndarray, shape (k,)
+            Where they stand.
+        change : ndarray, shape (k, m)
+            What they change in the phase beyond what the model has, at the nodes [rad].
+        """
+        found, at, nodes = self.uncertain, model.at, len(model.fixed)
+        columns, sensor = node_columns(model, unknowns), self.model.sensor
+        rows, change = list[int](), list[Array]()
+        for row, mode in enumerate(found.modes[: len(model.influence)], at.modes):
+            if at.width == at.place:
+                break
+            if mode.name in REGISTRATION:
+                loaded = unknowns.copy()
+                loaded[at.fields : at.modes] = 0.0
+                lead = node_phase(model, loaded) - model.fixed
+                slope = np.gradient(lead @ sampled(len(found.places), nodes), found.places)
+                slope *= minimum_filter1d(found.shown, 3)
+                whole = coefficients(found.matrix.step(mode.name) * slope, nodes)
+            elif mode.name == PITCH:
+                moved = sensor.tactels.positions * (mode.std / sensor.tactels.pitch / model.place)
+                whole = moved @ columns[at.place : at.width]
+            else:
+                continue
+            rows.append(row)
+            change.append(whole - columns[row])
+        return np.array(rows, dtype=np.intp), np.array(change).reshape(len(rows), nodes)
 
     @cached_property
     def _contacts_turn(self) -> Array:
@@ -351,7 +388,7 @@ class StripFrameReader(StripFrames):
             From where the next one can be followed, if this one is explained.
         """
         before = before or Before()
-        reader = self if before.unknowns is None else self._nearer(before.unknowns)
+        reader = self if before.unknowns is None else self._about(before.centre)
         return reader._followed(levels, used, before, MOVES)
 
     def _followed(
@@ -377,9 +414,11 @@ class StripFrameReader(StripFrames):
         if silent is not None and self._plainly_nothing(posterior, silent):
             return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
         met = self._explained(posterior, lines, silent, known=known)
-        if moves and met.promising and (nearer := self._nearer(met.best[0])) is not self:
-            anew = replace(before, unknowns=None)
-            return nearer._followed(levels, used, anew, moves - 1, met.rough)
+        if moves and met.promising:
+            nearer = self._nearer(posterior, met.best[0])
+            if nearer is not self:
+                anew = replace(before, unknowns=None)
+                return nearer._followed(levels, used, anew, moves - 1, met.rough)
         for _ in range(SOLUTIONS if self.higher_orders else 0):
             exact = self._centred(posterior, *met.best)
             if exact is posterior:
@@ -721,7 +760,7 @@ class StripFrameReader(StripFrames):
                 better = reached.loss < best - 1
                 if better and not known.holds(posterior.phase(reached)):
                     break
-            if stop and met.explains(met.tops[0], MISSED):
+            if stop and met.tops and met.explains(met.tops[0], MISSED):
                 break
             rounds -= not better
             rivals = [one for one in rivals if one.loss < met.rough[0].loss + NEGLIGIBLE_LOSS]
