@@ -418,7 +418,9 @@ class StripFrameReader(StripFrames):
             nearer = self._nearer(posterior, met.best[0])
             if nearer is not self:
                 anew = replace(before, unknowns=None)
-                return nearer._followed(levels, used, anew, moves - 1, met.rough)
+                # errors of shape may have another number of modes there
+                alike = nearer.uncertain.frame.at == self.uncertain.frame.at
+                return nearer._followed(levels, used, anew, moves - 1, met.rough if alike else ())
         for _ in range(SOLUTIONS if self.higher_orders else 0):
             exact = self._centred(posterior, *met.best)
             if exact is posterior:
