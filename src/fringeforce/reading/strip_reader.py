@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
-from scipy.ndimage import minimum_filter1d
 
 from fringeforce.base.blas_threads import one_blas_thread
 from fringeforce.base.errors import InputError
@@ -21,8 +20,7 @@ from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.contact_sampling import profile_basis
 from fringeforce.estimation.faint_light import faint_light
 from fringeforce.estimation.followed_frames import JUMP
-from fringeforce.estimation.frame_exposure import expose, node_columns, node_phase
-from fringeforce.estimation.frame_information import information
+from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.frame_loss import Prior, pulls_at
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases, mixture
@@ -30,7 +28,6 @@ from fringeforce.estimation.likelihood import NO_BIAS
 from fringeforce.estimation.linearised_frame import (
     Linearised,
     linearise,
-    pulled_phase,
 )
 from fringeforce.estimation.phase_stretches import NOTHING, Hidden
 from fringeforce.estimation.posterior import (
@@ -43,8 +40,6 @@ from fringeforce.estimation.posterior import (
 )
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_VERDICT, square_limit
 from fringeforce.models.creep import Creep
-from fringeforce.models.node_splines import coefficients, sampled
-from fringeforce.models.uncertainty import RATIO, REGISTRATION
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.contact_prior import (
     FRICTION,
@@ -57,6 +52,7 @@ from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.departure_test import HARMLESS, DepartureTest
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.large_strain import SOLUTIONS, HigherOrders, StrainShift
+from fringeforce.reading.nearby_sensor import centre_near, off
 from fringeforce.reading.posterior_search import (
     BINS,
     CANDIDATES,
@@ -97,11 +93,6 @@ TOLERATED_SOLVED = 0.1
 """What the model leaves of large strain where it was solved, over the deviations of forces by the
 noise, root mean square over them, up to which it is not solved again, which leaves a tenth: half a
 percent.  Where it was not solved, what is `HARMLESS` is a part of the deviations."""
-PRODUCTS = 1e-3
-"""Products of what values of the design, the camera and contacts change in the influence, over its
-peak, from which a reading takes them exactly: of ten radians the noise of a pixel."""
-PITCH = "tactels.pitch"
-"""Path of the value that moves all contacts."""
 MOVES = 3
 """Times that a frame is read again with products that are exact nearer to what was found."""
 SENSORS = 8
@@ -203,38 +194,13 @@ class StripFrameReader(StripFrames):
 
     @cached_property
     def _search(self) -> PosteriorSearch:
-        centre = None if self.centre is None else self._off
+        centre = None if self.centre is None else off(self.uncertain)
         return PosteriorSearch(self.uncertain.frame, centre)
 
-    @cached_property
-    def _off(self) -> Array:
-        """Modes of the influence matrix for which products are exact, shape (d,)."""
-        found, count = self.uncertain, len(self.uncertain.frame.influence)
-        return np.array([found.centre.get(mode.name, 0.0) for mode in found.modes[:count]])
-
     def _nearer(self, posterior: Posterior, unknowns: Array) -> StripFrameReader:
-        """What reads with products that are exact near unknowns; itself where they are small.
-
-        Of what was calibrated the values are nearly known, and large strain has a centre of its
-        own.
-        """
-        found, frame = self.uncertain, self.uncertain.frame
-        if found.matrix.calibrated or len(frame.curvature) or not len(frame.influence):
-            return self
-        modes = self._likeliest_modes(posterior, unknowns)
-        turns = np.append(np.abs(modes - self._off) * found.turns, self._contacts_turn)
-        if (turns.sum() ** 2 - np.square(turns).sum()) / 2 < PRODUCTS:
-            return self
-        whole = found.turns.sum() + self._contacts_turn.sum()
-        beside = found.turns * (whole - found.turns)
-        step = np.minimum(2 * PRODUCTS / np.maximum(beside, PRODUCTS), 1.0)
-        return self._about(
-            {
-                mode.name: float(e)
-                for mode, e in zip(found.modes, step * np.rint(modes / step), strict=False)
-                if e and mode.name != RATIO
-            }
-        )
+        """What reads with products that are exact near unknowns; itself where they are small."""
+        centre = centre_near(self.model.sensor, self.uncertain, self.beside, posterior, unknowns)
+        return self if centre is None else self._about(centre)
 
     def _about(self, centre: Mapping[str, float]) -> StripFrameReader:
         """What reads with products that are exact at other values, as of `Uncertainty.centre`."""
@@ -247,69 +213,6 @@ class StripFrameReader(StripFrames):
                 kept.pop(oldest, None)
             kept[key] = nearer
         return nearer
-
-    def _likeliest_modes(self, posterior: Posterior, unknowns: Array) -> Array:
-        """The likeliest modes of the influence matrix if contacts lie where they are found, (d,).
-
-        The model has what a shift of the camera changes under contacts as drawn, so that it holds
-        modes where it is exact.  This is a step of Gauss and Newton with what it changes under the
-        contacts that were found.
-        """
-        model, at = posterior.model, posterior.model.at
-        own = slice(at.modes, at.modes + len(model.influence))
-        rows, change = self._seen_elsewhere(model, unknowns)
-        if not len(rows):
-            return unknowns[own]
-        about = Linearised(*linearise(model, posterior.prior, posterior.frame, unknowns))
-        known = information(model, posterior.frame, unknowns, change)
-        turned = np.zeros((at.size, len(known)))  # of the unknowns in what was summed
-        turned[np.arange(at.size), np.arange(at.size)] = 1.0
-        turned[rows, at.size + np.arange(len(rows))] = 1.0
-        hessian = turned @ known @ turned.T + np.diag(posterior.prior.precision) + about.cone
-        gradient = about.gradient.copy()
-        gradient[rows] += change @ pulled_phase(about)
-        return np.asarray((unknowns - np.linalg.solve(hessian, gradient))[own])
-
-    def _seen_elsewhere(self, model: FrameModel, unknowns: Array) -> tuple[NDArray[np.intp], Array]:
-        """Unknowns of values that move what the camera sees of contacts that are beside tactels.
-
-        Returns
-        -------
-        rows : ndarray, shape (k,)
-            Where they stand.
-        change : ndarray, shape (k, m)
-            What they change in the phase beyond what the model has, at the nodes [rad].
-        """
-        found, at, nodes = self.uncertain, model.at, len(model.fixed)
-        columns, sensor = node_columns(model, unknowns), self.model.sensor
-        rows, change = list[int](), list[Array]()
-        for row, mode in enumerate(found.modes[: len(model.influence)], at.modes):
-            if at.width == at.place:
-                break
-            if mode.name in REGISTRATION:
-                loaded = unknowns.copy()
-                loaded[at.fields : at.modes] = 0.0
-                lead = node_phase(model, loaded) - model.fixed
-                slope = np.gradient(lead @ sampled(len(found.places), nodes), found.places)
-                slope *= minimum_filter1d(found.shown, 3)
-                whole = coefficients(found.matrix.step(mode.name) * slope, nodes)
-            elif mode.name == PITCH:
-                moved = sensor.tactels.positions * (mode.std / sensor.tactels.pitch / model.place)
-                whole = moved @ columns[at.place : at.width]
-            else:
-                continue
-            rows.append(row)
-            change.append(whole - columns[row])
-        return np.array(rows, dtype=np.intp), np.array(change).reshape(len(rows), nodes)
-
-    @cached_property
-    def _contacts_turn(self) -> Array:
-        """What uncertain places and widths change in the influence, over its peak."""
-        frame, at = self.uncertain.frame, self.uncertain.frame.at
-        sizes = np.abs(frame.moments).max(axis=(0, 1, 3))
-        place = frame.place / frame.reach * (at.width > at.place)
-        width = frame.width * frame.width_std / (6 * frame.reach**2) * (at.fields > at.width)
-        return np.array([place, width]) * sizes[1:3] / sizes[0] if self.beside else np.zeros(2)
 
     @cached_property
     def _profiles(self) -> Array:
