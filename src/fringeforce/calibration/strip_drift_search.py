@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from fringeforce.calibration.bench_posterior import (
 )
 from fringeforce.calibration.bench_search import inverse
 from fringeforce.calibration.design_entries import units
+from fringeforce.calibration.drift_rows import DriftRows
 from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.residual_length import FAINTEST, correlation_lengths
 from fringeforce.calibration.strip_search import StripSearch
@@ -41,28 +41,6 @@ NEAR = {"residual": 1e-2, "bright": 1e-3, "dark": 0.1}
 [rad], of the amplitude, relative to it, and of the offset, grey levels."""
 
 
-class DriftModes(NamedTuple):
-    """What unknowns of unit variance change of what lasts; S unknowns.
-
-    Attributes
-    ----------
-    camera : ndarray, shape (S, 2)
-        Shift [m] and scale of the camera.
-    residual : ndarray, shape (S, P)
-        [rad].
-    bright, dark : ndarray, shape (S, C P)
-        Amplitude, relative to it, and offset, grey levels.
-    shares : ndarray, shape (S, C (C - 1))
-        Cross-talk of each pair of channels.
-    """
-
-    camera: Array
-    residual: Array
-    bright: Array
-    dark: Array
-    shares: Array
-
-
 class StripDriftSearch(StripSearch):
     """As of a calibration, with what is known of the strip before the frames.
 
@@ -73,8 +51,8 @@ class StripDriftSearch(StripSearch):
     ----------
     model : SensorModel
         Calibrated.
-    drift : DriftModes
-        What may have drifted.
+    drift : DriftRows
+        What unknowns of unit variance of what may have drifted change.
     levels : ndarray, shape (F, C P)
         Grey levels.
     loads : BenchLoads or TimedLoads
@@ -84,7 +62,7 @@ class StripDriftSearch(StripSearch):
     def __init__(
         self,
         model: SensorModel,
-        drift: DriftModes,
+        drift: DriftRows,
         levels: Array,
         loads: BenchLoads | TimedLoads,
     ) -> None:
@@ -144,11 +122,11 @@ class StripDriftSearch(StripSearch):
             "dark": template.darkness[light:],
         }
         fields = {
-            "residual": both(imaging.phase_modes, drift.residual),
+            "residual": both(imaging.phase_modes, drift.fields),
             "bright": both(
-                imaging.amplitude_modes / np.maximum(imaging.amplitude, 1.0), drift.bright
+                imaging.amplitude_modes / np.maximum(imaging.amplitude, 1.0), drift.brightness
             ),
-            "dark": both(imaging.offset_modes, drift.dark),
+            "dark": both(imaging.offset_modes, drift.darkness),
         }
         pixels = len(imaging.positions)
         first, weights = template.first[:pixels], template.weights[:pixels]

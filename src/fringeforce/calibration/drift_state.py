@@ -1,0 +1,237 @@
+"""What drifted on a bench, as far as its frames tell it, one Gauss-Newton step after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from fringeforce.base.arrays import Array, Mask
+from fringeforce.calibration.bench_search import SETTLED
+from fringeforce.calibration.drift_report import EXPLAINED, ROUNDS
+from fringeforce.calibration.drift_rows import DriftRows, as_modes, usable_pixels
+from fringeforce.calibration.residual_length import (
+    UNLIKELY,
+    correlation_lengths,
+    probabilities,
+)
+from fringeforce.design.tolerances import with_values
+from fringeforce.estimation.posterior import HELD, Posterior, Top
+from fringeforce.estimation.residual_test import square_limit
+from fringeforce.models.as_built import RESIDUAL
+from fringeforce.models.strip import SensorModel
+from fringeforce.reading.strip_reader import StripFrameReader
+
+LENGTH = "polariscope.residual_length"
+STRENGTHS = np.linspace(-3, 3, 25)
+"""Strengths of the effect that are tried for a frame of known loads, in standard deviations."""
+ATTEMPTS = 8
+"""Starts of the search of a frame that is not explained."""
+
+
+class DriftState:
+    """What frames, each with loads of its own, say of the drift so far.
+
+    Parameters
+    ----------
+    model : SensorModel
+        With tolerances of all that may drift.
+    levels : ndarray, shape (F, C P)
+        Grey levels.
+    loads : ndarray, shape (F, 2n), optional
+        Forces, if they are known [N]; otherwise they are found.
+    shared : ndarray, shape (S,), optional
+        The drift from which to begin, none if not given.
+    """
+
+    def __init__(
+        self,
+        model: SensorModel,
+        levels: Array,
+        loads: Array | None,
+        shared: Array | None = None,
+    ) -> None:
+        self.origin, self.levels, self.loads = model, levels, loads
+        self.rows = DriftRows.of(StripFrameReader(model))
+        self.shared = np.zeros(len(self.rows.where)) if shared is None else shared
+        self.information = np.eye(len(self.shared))
+        self.explained = np.zeros(len(levels), dtype=bool)
+        self.readable = np.zeros(len(levels), dtype=bool)
+        self.parts, self.lost = np.zeros(len(levels)), 0.0
+        self.loss, self.near = np.inf, shared is not None
+        self.best = np.inf, self.shared
+
+    @property
+    def model(self) -> SensorModel:
+        """The sensor as found so far."""
+        return self.rows.moved(self.origin, self.shared)
+
+    def improve(self) -> bool:
+        """Move the model to where all frames agree; whether that was little.
+
+        At first every frame is read with a drift of its own, then all with the one found so far:
+        from a drift d, gradient g with its prior and Schur complement K of a frame, its likelihood
+        has the gradient g - (1 + K) d where the model is.
+        """
+        reader = StripFrameReader(self.model)
+        earlier, rows = self.rows, self.rows.anew(reader)
+        if len(rows.names) != len(earlier.names):  # as many modes as count where the camera looks
+            self.shared = rows.nearest(earlier, self.shared)
+            self.best = np.inf, self.shared
+        self.rows = rows
+        unity = np.eye(len(self.shared))
+        self.information, slope = unity.copy(), self.shared.copy()
+        self.loss = self.lost = float(self.shared @ self.shared)
+        for number, frame in enumerate(self.levels):
+            posterior, top = self._found(reader, number, frame)
+            readable = top.square <= square_limit(top.count)
+            if self.near:
+                top = self._pinned(posterior, top)
+            self.explained[number] = top.square <= square_limit(top.count)
+            self.loss += top.loss
+            self.readable[number] = readable
+            if not readable:
+                continue
+            about = posterior.linearised(top)
+            hessian = about.hessian + about.cone
+            own = np.setdiff1d(np.arange(len(hessian)), rows.where)
+            cross = hessian[np.ix_(own, rows.where)]
+            response = np.linalg.solve(hessian[np.ix_(own, own)], cross)
+            told = hessian[np.ix_(rows.where, rows.where)] - unity - cross.T @ response
+            volume = np.linalg.slogdet(hessian[np.ix_(own, own)])[1]
+            self.parts[number] = top.loss + volume - np.log(posterior.prior.precision[own]).sum()
+            self.information += told
+            slope += about.gradient[rows.where] - response.T @ about.gradient[own]
+            slope -= (told + unity) @ top.unknowns[rows.where]
+        lowest, best = self.best
+        # by more than climbs of frames leave: one squared deviation
+        if self.loss > lowest + 1:
+            self.shared = (self.shared + best) / 2
+            return False
+        if not self.readable.any() and not self.shared.any():
+            return True  # the model stays where it is, and would find the same again
+        if self.near:
+            self.best = self.loss, self.shared
+        step = -np.linalg.solve(self.information, slope)
+        self.shared = self.shared + step
+        short = bool(np.sqrt(step @ self.information @ step) < SETTLED)
+        self.near, before = True, self.near
+        return before and short
+
+    @property
+    def residual_length(self) -> float:
+        """Correlation length that the residual has here [m]."""
+        return float(self.origin.sensor.polariscope.residual_length)
+
+    def evidence_loss(self, frames: Mask) -> float:
+        """Twice the negative logarithm of the probability of some frames, less a constant.
+
+        All unknowns are integrated out (MacKay, Neural Computation 4, 415-447, 1992).
+        """
+        volume = float(np.linalg.slogdet(self.information)[1])
+        return self.lost + volume + float(self.parts[frames].sum())
+
+    def with_residual_length(self, length: float) -> DriftState:
+        """The same frames about the same drift, whose residual has another correlation length."""
+        sensor = with_values(self.origin.sensor, {LENGTH: length})
+        other = DriftState(replace(self.origin, sensor=sensor), self.levels, self.loads)
+        shared = other.rows.nearest(self.rows, self.shared)
+        return DriftState(other.origin, self.levels, self.loads, shared)
+
+    def _pinned(self, posterior: Posterior, top: Top) -> Top:
+        """What explains a frame best without any drift of its own."""
+        precision, start = posterior.prior.precision.copy(), top.unknowns.copy()
+        precision[self.rows.where] *= HELD
+        start[self.rows.where] = 0.0
+        alone = replace(posterior, prior=posterior.prior._replace(precision=precision))
+        return alone.climbed(start, heats=())
+
+    def images(self) -> Iterator[Array]:
+        """Shared unknowns under which the residual has the other sign.
+
+        Everywhere, and in each stretch between its zeros.  Without load, light tells a phase from
+        its negative by no more than how smooth it is.
+        """
+        imaging = self.model.imaging
+        assert imaging is not None
+        assert imaging.residual is not None
+        used, rows = usable_pixels(imaging), self.rows.fields
+        stretch = np.cumsum(np.diff(np.sign(imaging.residual), prepend=0.0) != 0)
+        seen = np.unique(stretch[used])
+        for own in (seen, *(seen[k : k + 1] for k in range(len(seen) if len(seen) > 1 else 0))):
+            turned = -2 * imaging.residual * np.isin(stretch, own)
+            field = np.flatnonzero(rows.any(axis=1))
+            shared = self.shared.copy()
+            shared[field] += as_modes(rows[np.ix_(field, used)], turned[used])
+            yield shared
+
+    def _found(self, reader: StripFrameReader, number: int, frame: Array) -> tuple[Posterior, Top]:
+        """What explains a frame best."""
+        used = reader.usable_pixels
+        posterior = reader.own_posterior(np.where(used, frame, np.nan))
+        if self.loads is not None:
+            count, prior = posterior.model.at.loads, posterior.prior
+            precision, mean = prior.precision.copy(), prior.mean.copy()
+            precision[:count] *= HELD
+            mean[:count] = self.loads[number]
+            known = prior._replace(precision=precision, mean=mean)
+            # second order alone would be taken for drift
+            solved = reader.solved_at(posterior, self.loads[number])
+            alone = replace(solved, prior=known)
+            starts = [mean]
+            for row in np.flatnonzero(self.rows.design):
+                # fringes that a wrong strength shifts by one are a valley of their own
+                unit = np.zeros_like(mean)
+                unit[self.rows.where[row]] = 1.0
+                starts = [start + size * unit for start in starts for size in STRENGTHS]
+            tops = [alone.climbed(start) for start in starts]
+            return alone, min(tops, key=lambda top: top.loss)
+        located = reader.followed(frame, used, None)[1]
+        if located is not None:
+            return located.posterior, located.top
+        posterior, tops = reader.explanations(posterior.frame, ATTEMPTS, mend=True)
+        nothing = posterior.climbed(np.zeros(posterior.model.at.size))
+        return posterior, tops[0] if tops else nothing
+
+
+def of_likelier_sign(state: DriftState) -> tuple[DriftState, bool]:
+    """The likeliest among mirror images of the residual, and whether its own are less likely.
+
+    Without load, descents begin where the light does not change with the residual to first order,
+    and may end early; an image that is better has its own images looked at.
+    """
+    signed = True
+    for _ in range(2):
+        images = [
+            DriftState(state.origin, state.levels, state.loads, shared) for shared in state.images()
+        ]
+        for image in images:
+            any(image.improve() for _ in range(ROUNDS))
+        best, *rivals = sorted([state, *images], key=lambda one: one.loss)
+        signed = all(rival.loss - best.loss > square_limit(1) for rival in rivals)
+        if best is state:
+            break
+        state = best
+    return state, signed
+
+
+def of_lengths(state: DriftState) -> list[DriftState]:
+    """The same under shorter and shorter correlation lengths of the residual, as far as likely."""
+    found, shown = [state], RESIDUAL in state.rows.names
+    for length in correlation_lengths(state.origin.sensor)[1:] if shown else []:
+        shorter = found[-1].with_residual_length(length)
+        any(shorter.improve() for _ in range(ROUNDS))
+        found.append(shorter)
+        weights = weights_of(found)
+        before, now = (one.readable.mean() for one in found[-2:])
+        lost = before >= now < EXPLAINED  # another sensor is no rougher residual
+        if lost or weights[-1] < UNLIKELY * weights.max():
+            break
+    return found
+
+
+def weights_of(states: list[DriftState]) -> Array:
+    """Probabilities of models of the same frames, by those that all of them explain, shape (k,)."""
+    common = np.all([one.readable for one in states], axis=0)
+    return probabilities([one.evidence_loss(common) for one in states])
