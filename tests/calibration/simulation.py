@@ -8,8 +8,8 @@ from scipy.optimize import least_squares
 import fringeforce as ff
 from fringeforce.calibration.bench_expectation import DOUBT, FIELDS
 from fringeforce.calibration.bench_loads import loads_on_tactels
-from fringeforce.calibration.bench_posterior import State
 from fringeforce.calibration.calibrate import PARAMETERS
+from fringeforce.calibration.shared_unknowns import State
 from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.estimation.bounds import fisher_information
 from fringeforce.estimation.frame_exposure import expose, node_columns

@@ -18,9 +18,10 @@ from fringeforce.base.errors import InputError
 from fringeforce.base.measured import INTERVAL
 from fringeforce.calibration.bench_expectation import ERRORS, FIELDS, SMOOTH
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import GROUPS, BenchPosterior, Expected, State
+from fringeforce.calibration.bench_posterior import GROUPS, BenchPosterior
 from fringeforce.calibration.checks import misfitting_pixels
 from fringeforce.calibration.light.pattern import Pattern
+from fringeforce.calibration.shared_unknowns import Expected, State
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.estimation.bad_pixels import stuck_pixels
 from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise

@@ -11,12 +11,7 @@ import numpy as np
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.progress import Progress
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import (
-    GROUPS,
-    BenchPosterior,
-    FrameModels,
-    State,
-)
+from fringeforce.calibration.bench_posterior import GROUPS, BenchPosterior
 from fringeforce.calibration.bench_search import (
     HEATS,
     LARGEST,
@@ -27,7 +22,9 @@ from fringeforce.calibration.bench_search import (
     Check,
     inverse,
 )
+from fringeforce.calibration.frame_models import FrameModels
 from fringeforce.calibration.light.pattern import Pattern
+from fringeforce.calibration.shared_unknowns import State
 from fringeforce.estimation.residual_test import square_limit
 from fringeforce.estimation.shared_fit import excess_scatter
 

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fringeforce.base.arrays import Array, Index
+from fringeforce.calibration.bench import SCALE, SHIFT
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import GROUPS, SCALE, SHIFT
+from fringeforce.calibration.bench_posterior import GROUPS
 from fringeforce.calibration.bench_record import bench_record
 from fringeforce.calibration.checks import see_strip
 from fringeforce.calibration.crosstalk import allowed_shares

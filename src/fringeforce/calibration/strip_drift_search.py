@@ -8,20 +8,15 @@ from functools import cached_property
 import numpy as np
 
 from fringeforce.base.arrays import Array
+from fringeforce.calibration.bench import SCALE, SHIFT, Bench
 from fringeforce.calibration.bench_expectation import FIELDS, THINNED
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import (
-    SCALE,
-    SHIFT,
-    Bench,
-    Expected,
-    ExpectedTogether,
-)
 from fringeforce.calibration.bench_search import inverse
 from fringeforce.calibration.design_entries import units
 from fringeforce.calibration.drift_rows import DriftRows
 from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.residual_length import FAINTEST, correlation_lengths
+from fringeforce.calibration.shared_unknowns import Expected, ExpectedTogether
 from fringeforce.calibration.strip_search import StripSearch
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.light import pairs_of_channels

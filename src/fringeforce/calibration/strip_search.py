@@ -10,6 +10,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from fringeforce.base.arrays import Array, Mask
+from fringeforce.calibration.bench import LAMP, Bench, parts
 from fringeforce.calibration.bench_expectation import (
     DOUBT,
     FIELDS,
@@ -21,16 +22,7 @@ from fringeforce.calibration.bench_expectation import (
     frame_template,
 )
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import (
-    GROUPS,
-    LAMP,
-    Bench,
-    BenchPosterior,
-    Expected,
-    FrameModels,
-    State,
-    parts,
-)
+from fringeforce.calibration.bench_posterior import GROUPS, BenchPosterior
 from fringeforce.calibration.bench_search import (
     HEATS,
     NEAR_DESIGN,
@@ -44,6 +36,7 @@ from fringeforce.calibration.checks import see_strip
 from fringeforce.calibration.columns import Columns
 from fringeforce.calibration.contact_phase import ContactSize, contact_phases, distinct
 from fringeforce.calibration.design_entries import DEVIATION, POSITIONS, prior, varied
+from fringeforce.calibration.frame_models import FrameModels
 from fringeforce.calibration.light.pattern import Pattern
 from fringeforce.calibration.residual_length import (
     UNLIKELY,
@@ -52,6 +45,7 @@ from fringeforce.calibration.residual_length import (
     correlation_lengths,
 )
 from fringeforce.calibration.round_contacts import under_radii
+from fringeforce.calibration.shared_unknowns import Expected, State
 from fringeforce.calibration.strain_phase import FrameContacts, StrainPhases
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.strip import Sensor

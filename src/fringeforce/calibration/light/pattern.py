@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
-from fringeforce.calibration.bench_posterior import FrameModels, State
+from fringeforce.calibration.frame_models import FrameModels
 from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
+from fringeforce.calibration.shared_unknowns import State
 from fringeforce.estimation.frame_exposure import expose
 
 FIRST = 0.02, 0.01

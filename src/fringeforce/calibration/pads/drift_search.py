@@ -10,10 +10,10 @@ import numpy as np
 from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import Expected, ExpectedTogether
 from fringeforce.calibration.fit import BenchFit
 from fringeforce.calibration.pads.bench_uncertainty import OWN, BenchUncertainty, is_layer
 from fringeforce.calibration.pads.search import PadSearch
+from fringeforce.calibration.shared_unknowns import Expected, ExpectedTogether
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.models.pad import PadModel

@@ -15,9 +15,11 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from fringeforce.base.arrays import Array, Index, Mask
+from fringeforce.calibration.bench import BenchContacts
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import BenchContacts, BenchPosterior, State, stated_or
+from fringeforce.calibration.bench_posterior import BenchPosterior, stated_or
 from fringeforce.calibration.pads.bench_uncertainty import SHAPES, BenchUncertainty, is_layer
+from fringeforce.calibration.shared_unknowns import State
 from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.estimation.shared_fit import FrameTerms

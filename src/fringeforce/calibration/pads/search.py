@@ -11,7 +11,6 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.bench_expectation import DOUBT
 from fringeforce.calibration.bench_loads import BenchLoads
-from fringeforce.calibration.bench_posterior import Expected, State
 from fringeforce.calibration.bench_search import NEAR_DESIGN, SETTLED, BenchSearch, inverse
 from fringeforce.calibration.design_entries import design_value
 from fringeforce.calibration.pads.bench_uncertainty import (
@@ -27,6 +26,7 @@ from fringeforce.calibration.pads.posterior import (
     PadPosterior,
     Parts,
 )
+from fringeforce.calibration.shared_unknowns import Expected, State
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at, with_values

@@ -14,9 +14,9 @@ import numpy as np
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.calibration import bench_expectation as before
+from fringeforce.calibration.bench import SCALE as SCALE_UNIT
+from fringeforce.calibration.bench import SHIFT as SHIFT_UNIT
 from fringeforce.calibration.bench_posterior import FULL_SCALE, GROUPS, PINNED
-from fringeforce.calibration.bench_posterior import SCALE as SCALE_UNIT
-from fringeforce.calibration.bench_posterior import SHIFT as SHIFT_UNIT
 from fringeforce.calibration.calibrate import usual_parameters
 from fringeforce.calibration.design_entries import (
     DRAWN,
