@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from reading.exact_frames import Bench, drawing
+import fringeforce as ff
+from fringeforce.models.imaging import Calibration, Imaging
+from fringeforce.models.strip import SensorModel
+from reading.exact_frames import Bench, drawing, loads
 
 Array = NDArray[np.float64]
 
@@ -63,3 +66,39 @@ def drifted(
             gain=gain,
         )
     )
+
+
+def calibrated(bench: Bench) -> SensorModel:
+    """A model of which nothing is uncertain but what drifts."""
+    camera, places = bench.sensor.camera, bench.sensor.pixel_positions
+    light = camera.amplitude * bench.gain, np.full(PIXELS, camera.offset)
+    names, values = ("camera shift", "camera scale"), np.array([0.0, 1.0])
+    return replace(
+        ff.characterize(bench.sensor),
+        imaging=replace(
+            Imaging.known(places, *light),
+            influence_modes=np.zeros((0, PIXELS, bench.sensor.tactels.count, 2)),
+            residual=bench.residual,
+        ),
+        calibration=Calibration(
+            names, values, values, np.zeros((2, 2)), (), (), (), 1.0, (), modes=np.zeros((2, 0))
+        ),
+    )
+
+
+def squared_distance(
+    model: SensorModel, bench: Bench, rng: np.random.Generator, read: int
+) -> float:
+    """Mean squared distance of readings by a model to forces that act on a bench, by frames.
+
+    Of one model the readings' errors go together, so that means scatter less than single ones.
+    """
+    count = model.sensor.tactels.total
+    reader, forces, squares = ff.Reader(model), loads(rng, read, count), list[float]()
+    for frame, acted in zip(bench.frames(forces, rng), forces, strict=True):
+        reading = reader.search(frame)
+        if reading.ok:
+            off = (reading.forces - acted).ravel()
+            squares.append(float(off @ np.linalg.solve(reading.covariance, off)))
+    assert len(squares) > read / 2
+    return float(np.mean(squares))

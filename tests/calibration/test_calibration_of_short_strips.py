@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import chi2
 
 import fringeforce as ff
-from calibration.short_strips import drifted, strip
+from calibration.short_strips import drifted, squared_distance, strip
 from reading.exact_frames import Bench, loads
 
 pytestmark = pytest.mark.slow
@@ -72,13 +72,6 @@ def test_values_and_readings_of_calibrated_strips_err_as_they_say(tactels, lengt
         value = np.append(np.log(found.values[:3] / found.drawing[:3]), found.values[3:] - [0, 1])
         off = (value - true) / (stds := np.sqrt(np.diag(found.covariance)))
         values += off @ np.linalg.solve(found.covariance / np.outer(stds, stds), off)
-        reader, forces, squares = ff.Reader(model), loads(rng, READ, tactels), []
-        for frame, acted in zip(bench.frames(forces, rng), forces, strict=True):
-            reading = reader.search(frame)
-            if reading.ok:
-                missed = (reading.forces - acted).ravel()
-                squares.append(missed @ np.linalg.solve(reading.covariance, missed))
-        assert len(squares) > READ / 2
-        readings += float(np.mean(squares))
+        readings += squared_distance(model, bench, rng, READ)
     for total, freedom in ((values, len(names) * strips), (readings, 2 * tactels * strips)):
         assert chi2.ppf(CHANCE, freedom) < total < chi2.isf(CHANCE, freedom)

@@ -11,15 +11,14 @@ from scipy.stats import chi2
 from typer.testing import CliRunner
 
 import fringeforce as ff
-from calibration.short_strips import drifted, strip
-from calibration.test_update_of_short_strips import calibrated
+from calibration.short_strips import calibrated, drifted, squared_distance, strip
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.bench_loads import BenchLoads, bench_loads
 from fringeforce.calibration.load_log import load_log
 from fringeforce.cli import app
 from fringeforce.io.bench_loads import save_bench_loads
 from fringeforce.models.strip import SensorModel
-from reading.exact_frames import Bench, loads
+from reading.exact_frames import Bench
 
 pytestmark = pytest.mark.slow
 
@@ -61,14 +60,7 @@ def test_readings_after_presses_by_position_err_as_they_say(tactels, length, str
         found = model.calibration
         assert found is not None
         assert found.usable
-        reader, forces, squares = ff.Reader(model), loads(rng, READ, tactels), []
-        for frame, true in zip(later.frames(forces, rng), forces, strict=True):
-            reading = reader.search(frame)
-            if reading.ok:
-                off = (reading.forces - true).ravel()
-                squares.append(off @ np.linalg.solve(reading.covariance, off))
-        assert len(squares) > READ / 2
-        total += float(np.mean(squares))
+        total += squared_distance(model, later, rng, READ)
     freedom = 2 * tactels * strips
     assert chi2.ppf(CHANCE, freedom) < total < chi2.isf(CHANCE, freedom)
 
