@@ -303,7 +303,7 @@ class BenchPosterior:
         gradient, information = expected.slope(state.shared), expected.information
         for share, one in zip(self.shares, told, strict=True):
             gradient[one.which] += share * one.gradient
-            if self.bench.columns is None:  # all act on every frame
+            if len(one.which) == len(gradient):  # all act on the frame
                 information += share * one.information
             else:
                 information[np.ix_(one.which, one.which)] += share * one.information
