@@ -67,12 +67,16 @@ def test_a_recording_keeps_what_a_disk_took_until_it_was_full(
     model.save(tmp_path / "whole.h5")
     frames = model.expose(np.tile(ff.polar(1.0, 10.0, 11), (2000, 1, 1)), rng=0)
     np.save(tmp_path / "frames.npy", frames)
-    run = full_disk(LIVE.format("new.h5"), tmp_path, 1_000_000)
+    run = full_disk(LIVE.format("new.h5"), tmp_path, 3_000_000)
     assert run.returncode == 0, run.stderr[-300:]
     kept = load_frames(tmp_path / "new.h5")
     assert f"recording new.h5 stopped after {len(kept)} lines" in run.stdout
     np.testing.assert_array_equal(kept, frames[: len(kept)])
     assert 0 < len(kept) < len(frames)
+    # with room for the description alone
+    run = full_disk(LIVE.format("none.h5"), tmp_path, 1_000_000)
+    assert "recording none.h5 stopped after 0 lines" in run.stdout
+    assert len(load_frames(tmp_path / "none.h5")) == 0
     run = full_disk(LIVE.format("small.h5"), tmp_path, 5_000)
     assert run.returncode == 2
     assert run.stderr == "fringeforce: small.h5 cannot be written: File too large.\n"

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import zlib
 from collections.abc import Sequence
+from math import prod
 from typing import Any
 
 import h5py
@@ -39,7 +40,11 @@ def rows_crc32(columns: Sequence[NDArray[Any]]) -> NDArray[np.uint32]:
         CRC-32 as of zlib, gzip and PNG (ISO 3309).
     """
     count = len(columns[0])
-    parts = [np.ascontiguousarray(one).reshape(count, -1).view(np.uint8) for one in columns]
+    sizes = (prod(one.shape[1:]) for one in columns)  # there may be no rows
+    parts = [
+        np.ascontiguousarray(one).reshape(count, size).view(np.uint8)
+        for one, size in zip(columns, sizes, strict=True)
+    ]
     rows = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
     return np.fromiter((zlib.crc32(row.data) for row in rows), np.uint32, count)
 
