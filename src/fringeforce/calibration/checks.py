@@ -18,7 +18,6 @@ from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.bad_pixels import outlying, stuck_pixels
-from fringeforce.estimation.residual_test import group_sums, square_limit
 from fringeforce.models.presses import are_presses
 from fringeforce.reading.strip_frames import SATURATION
 
@@ -228,24 +227,6 @@ def misfitting_pixels(residuals: Array) -> Mask:
     """
     square = (residuals**2).mean(axis=0)
     return outlying(residuals, median_filter(square, min(NEIGHBOURS, len(square)), mode="nearest"))
-
-
-def misfitting_frames(residuals: Array) -> Mask:
-    """Frames that fit worse than noise and than the other frames, shape (F,).
-
-    As in `is_noise`, with the other frames' misfit as a scale where none fits perfectly.
-
-    Parameters
-    ----------
-    residuals : ndarray, shape (F, p)
-        Residuals of the sound pixels, in units of the noise.
-    """
-    found = np.zeros(len(residuals), dtype=bool)
-    for values in (residuals.T, group_sums(residuals.T)):
-        excess, freedom = (values**2).sum(axis=0) - len(values), len(values)
-        usual = max(np.median(np.abs(excess)) / np.sqrt(2 * freedom), 1.0)
-        found |= excess > (square_limit(freedom) - freedom) * usual
-    return found
 
 
 def _rows(chosen: ArrayLike) -> str:

@@ -33,10 +33,7 @@ from fringeforce.calibration.judgement import wrong_forces
 from fringeforce.calibration.load_log import LoadLog
 from fringeforce.calibration.pads.calibrated import wrong_presses
 from fringeforce.calibration.pads.drift import updated_pad
-from fringeforce.calibration.residual_length import (
-    correlation_lengths,
-    equally_likely,
-)
+from fringeforce.calibration.residual_length import correlation_lengths, equally_likely
 from fringeforce.calibration.strip_drift_search import StripDriftSearch
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.loads import checked_loads
@@ -47,11 +44,7 @@ from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.pad import PadModel
 from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import (
-    FIELD_SAMPLES,
-    SPLINE_SAMPLES,
-    uncertainty,
-)
+from fringeforce.models.uncertainty import FIELD_SAMPLES, SPLINE_SAMPLES, uncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
 
 
