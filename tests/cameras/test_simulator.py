@@ -47,6 +47,22 @@ def test_a_reader_in_time_loses_nothing(model: ff.SensorModel) -> None:
     assert sum(block.dropped for block in blocks) == 0
 
 
+def test_slow_lines_do_not_wait_for_a_whole_block(model: ff.SensorModel) -> None:
+    sizes = [
+        SimulatedCamera(model, settings, period=0.1).block
+        for settings in (
+            Settings(line_rate=5),
+            Settings(line_rate=20),
+            Settings(line_rate=1000),
+            Settings(line_rate=20, block=16),
+        )
+    ]
+    assert sizes == [1, 2, 64, 16]
+    with SimulatedCamera(model, Settings(line_rate=20), period=1.0) as camera:
+        block = next(iter(camera))
+    assert len(block.lines) == 2
+
+
 def test_the_forces_behind_a_line_are_known(model: ff.SensorModel) -> None:
     camera = SimulatedCamera(model, Settings(line_rate=100), period=0.5)
     np.testing.assert_array_equal(camera.true_forces(np.array([3, 53])), camera.forces[[3, 3]])

@@ -54,7 +54,7 @@ def live(
     exposure: Exposure = None,
     block: Annotated[
         int | None,
-        typer.Option(help="How many come at once; 64 lines or one image if not given."),
+        typer.Option(help="How many come at once; one image, or lines of 0.1 s, if not given."),
     ] = None,
     seconds: Annotated[
         float | None, typer.Option("--for", help="Seconds to read; until Ctrl-C if not given.")

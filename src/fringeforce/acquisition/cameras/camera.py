@@ -17,9 +17,11 @@ from fringeforce.acquisition.consecutive import Consecutive
 from fringeforce.base.errors import InputError
 
 LINES, IMAGES = 64, 1
-"""Lines, and images, in a block where nothing else is asked for.
+"""Most lines, and images, in a block where nothing else is asked for.
 
 A block of images would be late by the time that they take."""
+PATIENCE = 0.1
+"""Longest time that such a block of lines takes at a stated rate [s]: a hand does not notice it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +59,8 @@ class Settings:
     exposure : float or None
         Exposure of each [s]; the camera's own if not given.
     block : int or None
-        How many come at once; 64 lines or one image if not given.
+        How many come at once; if not given one image, or 64 lines, of a stated rate as many as
+        come in 0.1 s.
     """
 
     line_rate: float | None = None
@@ -76,6 +79,14 @@ class Settings:
                 f"exposure = {self.exposure:g} s leaves no time for {self.line_rate:g} lines per "
                 f"second; expose at most {1 / self.line_rate:.3g} s."
             )
+
+    def block_of(self, images: bool) -> int:
+        """How many lines, or images, come at once."""
+        if self.block or images:
+            return self.block or IMAGES
+        return (
+            LINES if self.line_rate is None else max(min(int(PATIENCE * self.line_rate), LINES), 1)
+        )
 
 
 class Camera(Protocol):
@@ -131,7 +142,7 @@ class Interruptible:
 
     def __init__(self, settings: Settings | None, images: bool = False) -> None:
         self.settings = settings or Settings()
-        self.block = self.settings.block or (IMAGES if images else LINES)
+        self.block = self.settings.block_of(images)
         """Lines or images in a block."""
         self._closed = threading.Event()
         self._next = 0
