@@ -8,9 +8,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from fringeforce.estimation.frame_climb import CONVERGED
-from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, posterior_weights
+from fringeforce.estimation.hypotheses import (
+    NEGLIGIBLE_LOSS,
+    SAME_PHASE,
+    mixture,
+    posterior_weights,
+)
 from fringeforce.estimation.linearised_frame import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_VERDICT, GROUP, square_limit
@@ -27,6 +33,9 @@ FAINT_SHARE = 0.1
 MOST_TOLD = float(-2 * np.log(1e-4))
 """Most loss that earlier frames add to an explanation: one that they speak for is wrong once in ten
 thousand for reasons that no frame shows."""
+WIDEST = 2.0
+"""How many times as wide a covariance may become, in any direction, to hold another explanation:
+deviations that are twice as large there tell more than an ambiguous reading."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,3 +253,40 @@ def one_reading(one: Weighed, best: Weighed, hidden: float) -> bool:
     share = one.weight / (one.weight + best.weight)
     between = share * (1 - share) * square
     return between <= count and square / (1 + between) <= count
+
+
+def held(weights: Array, means: Array, alone: Array) -> tuple[Array, Array]:
+    """Mean of a mixture, and a covariance that holds each part as one deviation off, rms.
+
+    The second moments of a mixture hardly know of a part of little weight, and a normal
+    distribution of these denies it.  One that is wider in the direction of that part holds both.
+
+    Parameters
+    ----------
+    weights : ndarray, shape (k,)
+        Of the parts.
+    means : ndarray, shape (k, 2n)
+        Of their loads [N].
+    alone : ndarray, shape (2n, 2n)
+        Covariance of each [N^2].
+
+    Returns
+    -------
+    mean : ndarray, shape (2n,)
+        Of all [N].
+    covariance : ndarray, shape (2n, 2n)
+        That of the mixture, wider in the directions of parts that are farther off [N^2].
+    """
+    mean, covariance = mixture(weights / weights.sum(), means, alone)
+    for apart in means - mean:
+        square = float(apart @ np.linalg.solve(covariance, apart))
+        if square > len(apart):
+            covariance = covariance + (1 / len(apart) - 1 / square) * np.outer(apart, apart)
+    return mean, covariance
+
+
+def not_too_wide(covariance: Array, alone: Array) -> bool:
+    """Whether a covariance is nowhere wider than another one by more than `WIDEST`."""
+    last = [len(alone) - 1] * 2
+    widest = eigh(covariance, alone, eigvals_only=True, subset_by_index=last)[0]
+    return bool(widest <= WIDEST**2)

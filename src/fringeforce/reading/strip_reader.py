@@ -65,6 +65,8 @@ from fringeforce.reading.strip_explanations import (
     Explanations,
     Weighed,
     alike_within,
+    held,
+    not_too_wide,
     one_reading,
     same_phase,
 )
@@ -121,7 +123,7 @@ class Located:
         Loads of the reading beyond those of the top [N]: it is the mean of all explanations of its
         phase.
     between : ndarray, shape (2n, 2n)
-        Covariance of these about their mean [N^2].
+        Covariance of these about their mean, and of what else the reading holds [N^2].
     reader : StripFrameReader
         Which read it.
     """
@@ -687,7 +689,6 @@ class StripFrameReader(StripFrames):
         posterior = met.posterior
         best, count = weighed[0], posterior.model.at.loads
         same = [one_reading(one, best, self.hidden) for one in weighed]
-        probability = sum(one.weight for one, own in zip(weighed, same, strict=True) if own)
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
         near = [one.top for one in own]
         weights = np.array([one.weight for one in own])
@@ -696,10 +697,16 @@ class StripFrameReader(StripFrames):
         loads, covariance = mixture(weights, means, np.array([one.covariance for one in own]))
         apart = means - loads
         between = (apart * weights[:, None]).T @ apart
-        located = Located(posterior, best.top, best.covariance, loads - means[0], between, self)
+        offset = loads - means[0]
         if not tracked:  # as frames before and after it, which are read by one linearisation
             sampled = posterior.sampled(near, covariance, self._profiles)
             loads, covariance = sampled or (loads, covariance)
+        others = [one for one, is_same in zip(weighed, same, strict=True) if not is_same]
+        alone = loads, covariance
+        loads, covariance, others = self._held(others, *alone)
+        probability = 1.0 - sum(one.weight for one in others)
+        offset, between = offset + loads - alone[0], between + covariance - alone[1]
+        located = Located(posterior, best.top, best.covariance, offset, between, self)
         seen = np.isfinite(posterior.frame)
         covariance = covariance + self.calibration_covariance(
             best.top.unknowns, seen, posterior.prior
@@ -708,11 +715,6 @@ class StripFrameReader(StripFrames):
         if shift is not None:
             covariance = covariance + shift.covariance(best.top.unknowns[:count])
             detail = "" if shift.share(best.top.unknowns[:count]) < HARMLESS else FOLDED
-        others = [
-            one.top.unknowns[:count]
-            for one, is_same in zip(weighed, same, strict=True)
-            if not is_same
-        ]
         if status is None and not tracked and posterior.model.at.size > count:
             chance = met.chance(near[0])
             if chance < MISSED:
@@ -723,11 +725,34 @@ class StripFrameReader(StripFrames):
         limited = np.zeros(count // 2, dtype=bool)
         if self.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, self.friction)
-        alternatives = np.array(others)
+        alternatives = np.array([one.top.unknowns[:count] for one in others])
         reading = self.reading(
             loads, covariance, best.top, status, probability, limited, alternatives, tracked, detail
         )
         return reading, located
+
+    def _held(
+        self, others: list[Weighed], loads: Array, covariance: Array
+    ) -> tuple[Array, Array, list[Weighed]]:
+        """Loads and covariance that hold other explanations too, and those that are left.
+
+        Only as many are held as a reading needs to be sure, and none where that is too few.
+        """
+        left, found = list(others), (loads, covariance)
+        weights, means = [1 - sum(one.weight for one in left)], [loads]
+        for one in others:
+            if self._negligible(left):
+                break
+            shares, places = [*weights, one.weight], [*means, one.top.unknowns[: len(loads)]]
+            wider = held(np.array(shares), np.array(places), covariance)
+            if not_too_wide(wider[1], covariance):
+                found, weights, means = wider, shares, places
+                left.remove(one)
+        return (*found, left) if self._negligible(left) else (loads, covariance, others)
+
+    def _negligible(self, others: list[Weighed]) -> bool:
+        """Whether explanations together have so little weight that the reading is sure."""
+        return sum(one.weight for one in others) <= 1 - self.confidence
 
     def calibration_covariance(
         self, unknowns: Array, used: Mask, prior: Prior | None = None
