@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 import fringeforce as ff
 from fringeforce.estimation.contact_sampling import (
@@ -21,6 +22,7 @@ from fringeforce.estimation.frame_exposure import (
     node_phase,
 )
 from fringeforce.estimation.frame_loss import Prior
+from fringeforce.estimation.frame_model import as_seen
 from fringeforce.estimation.linearised_frame import Linearised, banded, shared_information
 from fringeforce.estimation.posterior import Posterior, Top, products
 from fringeforce.models.uncertainty import uncertainty
@@ -34,8 +36,8 @@ LOADS = np.array([0.5, 0.1, 0.35, -0.05])
 class Case:
     """Two contacts of uncertain place and width, pressed weakly, and what they show."""
 
-    def __init__(self, sensor: ff.Sensor) -> None:
-        drawing = {
+    def __init__(self, sensor: ff.Sensor, **values: str) -> None:
+        drawing = values | {
             "transducer.edges": "roller",
             "tactels.count": TACTELS,
             "tactels.placement": "0 +/- 0.1 mm",
@@ -71,12 +73,16 @@ def case(sensor: ff.Sensor) -> Case:
     return Case(sensor)
 
 
-def _conditional(case: Case, z: Array) -> tuple[float, Array, Array]:
-    """Minus the logarithm of the density of z, and loads and light given it, from all nodes."""
+def _conditional(case: Case, z: Array, modes: Array | tuple[()] = ()) -> tuple[float, Array, Array]:
+    """Minus the logarithm of the density of z, and loads and light given it, from all nodes.
+
+    And of modes of the influence matrix.
+    """
     model, prior, about = case.posterior.model, case.posterior.prior, case.about
     at, unknowns = model.at, case.top.unknowns.copy()
     shown = node_phase(model, unknowns)
     unknowns[case.place], unknowns[: at.loads] = z, 0.0
+    unknowns[at.modes : at.modes + len(modes)] = modes
     columns = np.empty((at.loads, len(shown)))
     for x in range(at.loads):
         columns[x] = node_phase(model, unknowns + np.eye(at.size)[x]) - node_phase(model, unknowns)
@@ -94,7 +100,7 @@ def _conditional(case: Case, z: Array) -> tuple[float, Array, Array]:
     constant = target @ known @ target - 2 * pulls[0] @ target
     normal += np.diag(np.append(prior.precision[: at.loads], prior.precision[at.visibility]))
     mean = np.linalg.solve(normal, right)
-    loss = constant - right @ mean + np.linalg.slogdet(normal)[1] + z @ z
+    loss = constant - right @ mean + np.linalg.slogdet(normal)[1] + z @ z + np.square(modes).sum()
     return float(loss) / 2, np.asarray(mean, float), np.asarray(np.linalg.inv(normal), float)
 
 
@@ -112,6 +118,35 @@ def test_the_density_is_the_gaussian_integral_over_loads_and_light(case: Case) -
         spread = np.sqrt(np.diag(other[2])[:-1])
         np.testing.assert_allclose(own[2], other[1][:-1], atol=0.02 * spread.max())
         np.testing.assert_allclose(np.diag(own[3]), np.diag(other[2])[:-1], rtol=0.02)
+
+
+def test_a_shift_of_the_camera_is_integrated_out_with_the_places_it_looks_like(
+    sensor: ff.Sensor,
+) -> None:
+    """Places as seen: those of the contacts, moved back by as much as the camera is shifted.
+
+    With the prior of the contacts alone some would be off by more than 1.
+    """
+    case = Case(sensor, **{"camera.shift": "0 +/- 0.1 mm"})
+    at, contacts = case.posterior.model.at, case.contacts._replace(stiff=0.0)
+    top, shifts = case.top.unknowns[at.modes], np.linspace(-4, 4, 81)
+    seen = as_seen(case.posterior.model)[case.place]
+    scale = np.linalg.cholesky(seen @ np.linalg.inv(case.about.hessian) @ seen.T)
+    rng, found, expected = np.random.default_rng(0), list[float](), list[float]()
+    for _ in range(8):
+        z = case.z + 0.7 * scale @ rng.standard_normal(len(case.z))
+        z[:TACTELS] += rng.uniform(-1.5, 1.5)
+        found.append(density(contacts, z)[0])
+        energies = []
+        for shift in shifts:
+            own = z.copy()
+            own[:TACTELS] += shift - top
+            energies.append(_conditional(case, own, np.array([shift]))[0])
+        expected.append(-float(logsumexp(-np.array(energies))))
+    assert np.ptp(expected) > 1
+    np.testing.assert_allclose(
+        np.array(found) - found[0], np.array(expected) - expected[0], atol=0.06
+    )
 
 
 @pytest.mark.parametrize("friction", [-1.0, 0.3])

@@ -12,6 +12,8 @@ from scipy.stats import binom, chi2
 import fringeforce as ff
 from fringeforce.estimation.frame_exposure import (
     expose,
+    node_columns,
+    node_phase,
 )
 from fringeforce.estimation.frame_information import information
 from fringeforce.estimation.linearised_frame import linearise
@@ -194,6 +196,49 @@ def test_a_value_two_and_a_half_deviations_off_is_followed(path: str) -> None:
         distance = error @ np.linalg.solve(posterior.covariance(top), error)
         assert top.chance > 1e-5
         assert chi2.sf(distance, error.size) > 1e-5
+
+
+MOVED = {
+    "camera.shift": "0 +/- 0.1 mm",
+    "camera.scale": "1 +/- 0.005",
+    "tactels.pitch": f"{PITCH * 1e3} mm +/- 1 %",
+}
+
+
+@pytest.mark.parametrize("path", MOVED)
+@pytest.mark.parametrize("centred", [False, True])
+def test_what_moves_contacts_acts_on_them_where_they_lie(path: str, centred: bool) -> None:
+    """Truth is the exact series; of contacts as drawn the slope is 40 % of its peak off."""
+    told = drawing(
+        **{"tactels.placement": "0 +/- 0.1 mm", "tactels.contact_width": "0.4 +/- 0.2 mm"}
+    ).replace(**{path: MOVED[path]})
+    rng, off = np.random.default_rng(8), 0.9
+    uncertain = uncertainty(ff.characterize(told)).about({path: 0.7} if centred else {})
+    frame, at, forces = uncertain.frame, uncertain.frame.at, loads(rng, 1)[0]
+    unknowns = np.zeros(at.size)
+    unknowns[: at.loads] = forces.ravel()
+    unknowns[at.place : at.width] = rng.uniform(-2, 2, 11)
+    unknowns[at.width : at.fields] = rng.uniform(-1.5, 2, 11)
+    unknowns[at.modes] = off
+
+    def exact(e: float) -> np.ndarray:
+        by = dict.fromkeys(MOVED, 0.0) | {path: e * told.tolerances[path]}
+        places = PLACES * (1 + by["tactels.pitch"] / PITCH)
+        places = places + 0.1e-3 * unknowns[at.place : at.width]
+        widths = 0.4e-3 + 0.2e-3 * unknowns[at.width : at.fields]
+        strip = drawing(**{"camera.scale": 1 + by["camera.scale"]})
+        bench = Bench(strip, places, widths, shift=by["camera.shift"])
+        return np.einsum("mct,ct->m", bench.influence(), forces)
+
+    def at_pixels(nodes: np.ndarray) -> np.ndarray:
+        return np.einsum("pk,pk->p", frame.weights, nodes[frame.first[:, None] + np.arange(4)])
+
+    seen = np.abs(X) < HALF - 1e-3
+    phase, slope = exact(off), (exact(off + 0.01) - exact(off - 0.01)) / 0.02
+    wrong = at_pixels(node_phase(frame, unknowns)) - phase
+    assert np.abs(wrong[seen]).max() < 1e-3 * np.abs(phase).max()
+    wrong = at_pixels(node_columns(frame, unknowns)[at.modes]) - slope
+    assert np.abs(wrong[seen]).max() < 0.04 * np.abs(slope).max()
 
 
 @pytest.mark.parametrize("pixels", [4.0, 12.0])

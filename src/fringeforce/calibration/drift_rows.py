@@ -13,6 +13,7 @@ from fringeforce.calibration.checks import see_strip
 from fringeforce.design.light import light_of_channels, pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
+from fringeforce.estimation.frame_exposure import influence_slopes
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel
@@ -101,7 +102,7 @@ class DriftRows(NamedTuple):
             *[RESIDUAL] * (at.modes - at.fields),
             *unsure,
         )
-        influence = np.moveaxis(reader.at_pixels(frame.influence[:, 0]), -1, 1)
+        influence = np.moveaxis(reader.at_pixels(influence_slopes(frame, np.zeros(at.size))), -1, 1)
         bright, dark = (along(rows[modes], 0) for rows in (frame.brightness, frame.darkness))
         fields = along(frame.fields, lit)
         return cls(names, where, influence, bright, dark, fields, camera, shares, design)

@@ -87,6 +87,8 @@ class FrameModels:
             brightness=brightness,
             darkness=darkness,
             influence=np.zeros((0, 1, len(chosen), 2, template.fixed.size)),
+            moving=np.zeros((0, len(chosen))),
+            origin=np.zeros(0),
             bias=template.bias + bench.turned[f],
             variance=template.variance * self.heat / averaged,
             at=bench.layouts[len(chosen)],

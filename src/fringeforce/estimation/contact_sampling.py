@@ -5,13 +5,18 @@ faint contact that is wider than it seems to be may carry many times its load, a
 the less.  Given places and widths z, everything else is linear in the phase, and the frame is taken
 as linear in the phase about the best one, so that all but z is integrated out in closed form:
 
-    -2 log p(z | frame) = |Psi(z)' f - t|^2 + f' P f + cone(f) + log det H(z) + z' z,
+    -2 log p(z | frame) = |Psi(z)' f - t|^2 + f' P f + cone(f) + log det H(z) + (z - m)' Q (z - m),
 
 with the loads f(z) at which the first three terms are smallest, H half their second derivative
 there, the influence Psi(z) and the contacts' phase t in coordinates in which the noise is of unit
 variance, and the prior precision P.  The cone is quadratic on each of its sides, so that its
 integral is Laplace's approximation on the side of f(z).  Fields of phase, light and camera are in
 the noise: their Schur complement is taken once.
+
+Places are those at which the camera sees the contacts, for a camera that is shifted and contacts
+that are all beside their tactels look alike.  So the shift is linear as well, and known where the
+places are: integrated out, it leaves their prior with the mean m and the precision Q, and the phase
+t with a small share of them.
 
 Hamiltonian Monte Carlo walks along z (Neal, Handbook of Markov Chain Monte Carlo, 2011, chapter 5),
 from draws of Laplace's approximation. The valley has long tails, and a covariance that fits its
@@ -38,6 +43,8 @@ from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import (
     LEAST_PROFILE,
     FrameModel,
+    as_seen,
+    turned_moments,
 )
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS
 from fringeforce.estimation.linearised_frame import Linearised, banded, pulled_phase
@@ -85,6 +92,10 @@ class Contacts(NamedTuple):
         Sizes of these under a load of its standard deviation before the frame.
     target : ndarray, shape (r,)
         Phase of the contacts that the frame shows.
+    mean, known : ndarray, shapes (k,) and (k, k)
+        Of the places and widths before the frame, and the information about them.
+    follows : ndarray, shape (k, r), or (0, r)
+        What the target follows of them from the mean; nothing if it has no rows.
     precision : ndarray, shape (2n,)
         Of the loads before the frame.
     friction, stiff : float
@@ -96,6 +107,9 @@ class Contacts(NamedTuple):
     profiles: Array
     largest: Array
     target: Array
+    mean: Array
+    known: Array
+    follows: Array
     precision: Array
     friction: float
     stiff: float
@@ -141,26 +155,27 @@ def contacts_about(
     Contacts
     """
     at = model.at
-    beside = slice(at.fields, at.size)
-    shared = cross[beside] @ basis
-    factor = cho_factor(about.hessian[beside, beside], check_finite=False)
+    beside, contacts = slice(at.fields, at.size), slice(at.place, at.fields)
+    back = 2 * np.eye(at.size) - as_seen(model)  # from places as seen
+    hessian, gradient = back.T @ about.hessian @ back, back.T @ about.gradient
+    shared = back[:, beside].T @ cross @ basis
+    factor = cho_factor(hessian[beside, beside], check_finite=False)
     solved = cho_solve(factor, shared, check_finite=False)
     known = basis.T @ banded(about, basis.T).T - shared.T @ solved
-    pull = basis.T @ pulled_phase(about) - solved.T @ about.gradient[beside]
+    pull = basis.T @ pulled_phase(about) - solved.T @ gradient[beside]
     values, vectors = eigh(known, check_finite=False)
     kept = values > prior.precision[0]  # of which the frame tells more than was known
     root = np.sqrt(values[kept])
-    moments = model.moments
-    if len(model.influence):
-        powers = unknowns[at.modes : at.modes + len(model.influence), None]
-        powers = powers ** np.arange(1, model.influence.shape[1] + 1)
-        moments = moments.copy()
-        moments[:, :, 0] += np.einsum("dq,dqncm->ncm", powers, model.influence)
+    moments, _ = turned_moments(model, unknowns[at.modes : at.modes + len(model.influence)])
+    z = unknowns[contacts]
     profiles = moments @ (basis / (basis**2).sum(axis=0) @ (vectors[:, kept] * root))
     found = Contacts(
         np.ascontiguousarray(profiles),
         np.linalg.norm(profiles, axis=3) / np.sqrt(prior.precision[0]),
         np.zeros(len(root)),
+        prior.mean[contacts],
+        np.diag(prior.precision[contacts]),
+        np.empty((0, len(root))),
         prior.precision[: at.loads].copy(),
         prior.friction,
         1 / prior.yielding**2,
@@ -170,9 +185,19 @@ def contacts_about(
         model.narrow / model.reach,
         model.profile,
     )
-    shown = influence(found, unknowns[at.place : at.fields])
-    target = unknowns[: at.loads] @ shown - (vectors[:, kept].T @ pull) / root
-    return found._replace(target=target)
+    pulled = (vectors[:, kept].T @ pull) / root
+    target = unknowns[: at.loads] @ influence(found, z) - pulled
+    if not len(model.moving):
+        return found._replace(target=target)
+    # what is linear shares with the places what both knew before the frame, and follows them
+    alike = np.diag(prior.precision)[contacts] @ back[:, beside]
+    follows = cho_solve(factor, alike.T, check_finite=False)
+    turned = (follows.T @ shared) @ (vectors[:, kept] / root)
+    known = found.known - alike @ follows - turned @ turned.T
+    pull = found.known @ (z - found.mean) - follows.T @ gradient[beside] + turned @ pulled
+    mean = z - np.linalg.solve(known, pull)
+    target += (mean - z) @ turned
+    return found._replace(target=target, mean=mean, known=known, follows=turned)
 
 
 @sums
@@ -312,12 +337,16 @@ def _density(contacts, z, sides, loads, inverse, gradient):
     used = np.empty((tactels, 2), np.int64)
     _influence(contacts, z, moments, used, shown)
     bare, hessian, lower = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
-    right = np.empty(size)
+    right, target = np.empty(size), contacts.target.copy()
+    off, own = z - contacts.mean, np.empty(len(z))
+    for x in range(len(contacts.follows)):
+        for i in range(rank):
+            target[i] += off[x] * contacts.follows[x, i]
     # loops rather than BLAS, whose sums depend on where arrays lie: readings can be repeated
     fill_products(shown, shown, size, bare)
     for x in range(size):
         bare[x, x] += contacts.precision[x]
-        right[x] = dot(shown[x], contacts.target)
+        right[x] = dot(shown[x], target)
     # the cone is quadratic on each of its sides: Newton's steps end when the sides stay the same
     before, penalty = np.empty(size), 0.0
     for _ in range(ACTIVE):
@@ -338,14 +367,17 @@ def _density(contacts, z, sides, loads, inverse, gradient):
     for x in range(size):
         value += contacts.precision[x] * loads[x] ** 2 + 2 * np.log(lower[x, x])
     for x in range(len(z)):
-        value += z[x] * z[x]
-        gradient[x] = z[x]
+        own[x] = dot(contacts.known[x], off)
+        value += off[x] * own[x]
+        gradient[x] = own[x]
     placed, wider = contacts.place > 0, contacts.width_std > 0
-    left, pull, along = -contacts.target, np.empty(rank), np.empty(order)
+    left, pull, along = -target, np.empty(rank), np.empty(order)
     for x in range(size):
         for i in range(rank):
             left[i] += loads[x] * shown[x, i]
     value += dot(left, left)
+    for x in range(len(contacts.follows)):
+        gradient[x] -= dot(contacts.follows[x], left)
     for x in range(size):
         j, c = x // 2, x % 2
         for i in range(rank):

@@ -10,6 +10,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import apart, copied, sums, sums_entry
+from fringeforce.estimation.frame_model import FrameModel
 
 Array = NDArray[np.float64]
 
@@ -69,9 +70,14 @@ def dot(a, b):
 
 @apart
 def contact_moments(model, unknowns, j, mean, by_place, by_width):
-    """Mixtures of moments of contact j, and derivatives by its standardised place and width."""
+    """Mixtures of moments of contact j, and derivatives by its place [1/m] and its width's unknown.
+
+    The place is where the camera sees it, beside its tactel.
+    """
     at = model.at
     shift = model.place * unknowns[at.place + j] if at.width > at.place else 0.0
+    for d in range(len(model.moving)):
+        shift += model.moving[d, j] * (unknowns[at.modes + d] - model.origin[d])
     wide, slope = model.width, 0.0
     if at.fields > at.width:
         wide, slope = _positive(wide + model.width_std * unknowns[at.width + j], model.narrow)
@@ -79,7 +85,7 @@ def contact_moments(model, unknowns, j, mean, by_place, by_width):
     order = model.mixing.shape[1]
     own, one, other = np.empty(order), np.empty(order), np.empty(order)
     patch_moments(shift / model.reach, half, model.profile, own, one, other)
-    along, across = model.place / model.reach, slope / 2 * model.width_std / model.reach
+    along, across = 1 / model.reach, slope / 2 * model.width_std / model.reach
     for k in range(len(mean)):
         row = model.mixing[k]
         a = b = c = 0.0
@@ -144,8 +150,11 @@ def fill_columns(model, unknowns, columns):
     """Change of the phase at the nodes with every unknown that has one, shape (size, m)."""
     order, at = model.profiles.shape[2], model.at
     mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    placed = at.width > at.place or len(model.moving) > 0
+    slope = np.empty(len(model.fixed))
     columns[:] = 0.0
     for j in range(len(model.moments)):
+        slope[:] = 0.0
         contact_moments(model, unknowns, j, mean, by_place, by_width)
         for c in range(2):
             force, own = unknowns[2 * j + c], columns[2 * j + c]
@@ -153,10 +162,10 @@ def fill_columns(model, unknowns, columns):
                 row, a = model.profiles[j, c, k], mean[k]
                 for i in range(len(row)):
                     own[i] += a * row[i]
-                if at.width > at.place:
-                    beside, b = columns[at.place + j], force * by_place[k]
+                if placed:
+                    b = force * by_place[k]
                     for i in range(len(row)):
-                        beside[i] += b * row[i]
+                        slope[i] += b * row[i]
                 if at.fields > at.width:
                     wide, b = columns[at.width + j], force * by_width[k]
                     for i in range(len(row)):
@@ -164,11 +173,19 @@ def fill_columns(model, unknowns, columns):
             for d in range(len(model.influence)):
                 e, turned, power = unknowns[at.modes + d], columns[at.modes + d], 1.0
                 for q in range(model.influence.shape[1]):
-                    row, slope = model.influence[d, q, j, c], force * (q + 1) * power
+                    row, factor = model.influence[d, q, j, c], force * (q + 1) * power
                     power *= e
                     for i in range(len(row)):
                         own[i] += power * row[i]
-                        turned[i] += slope * row[i]
+                        turned[i] += factor * row[i]
+        if at.width > at.place:
+            beside = columns[at.place + j]
+            for i in range(len(slope)):
+                beside[i] += model.place * slope[i]
+        for d in range(len(model.moving)):
+            factor, turned = model.moving[d, j], columns[at.modes + d]
+            for i in range(len(slope)):
+                turned[i] += factor * slope[i]
     bend_columns(model.curvature, unknowns, columns)
     for r in range(len(model.fields)):
         copied(model.fields[r], columns[at.fields + r])
@@ -479,7 +496,7 @@ def contact_mixtures(model, unknowns, j, mean, by_place, by_width):
 
 @sums_entry
 def contact_columns(model, unknowns):
-    """Change of the phase per force with each contact's unknown place and width.
+    """Change of the phase per force with each contact's place [1/m] and its width's unknown.
 
     Parameters
     ----------
@@ -489,7 +506,7 @@ def contact_columns(model, unknowns):
     Returns
     -------
     ndarray, shape (2, n, 2, m)
-        Place and width, contact, component, node [rad/N].
+        Place and width, contact, component, node: rad/(N m) and rad/N.
     """
     tactels, components, order, nodes = model.profiles.shape
     found = np.zeros((2, tactels, components, nodes))
@@ -502,3 +519,24 @@ def contact_columns(model, unknowns):
                     found[0, j, c, i] += by_place[k] * model.profiles[j, c, k, i]
                     found[1, j, c, i] += by_width[k] * model.profiles[j, c, k, i]
     return found
+
+
+def influence_slopes(model: FrameModel, unknowns: Array) -> Array:
+    """Change of the influence matrix with its modes, at some unknowns.
+
+    Parameters
+    ----------
+    model, unknowns
+        As of `expose`.
+
+    Returns
+    -------
+    ndarray, shape (d, n, 2, m)
+        At the nodes [rad/N].
+    """
+    at, powers = model.at, np.arange(model.influence.shape[1])
+    e = unknowns[at.modes : at.modes + len(model.influence), None]
+    found = np.einsum("dq,dqncm->dncm", (powers + 1) * e**powers, model.influence)
+    if len(model.moving):
+        found += np.einsum("dn,ncm->dncm", model.moving, contact_columns(model, unknowns)[0])
+    return np.asarray(found)

@@ -3,13 +3,14 @@
 The grey levels of a strip are
 
     y = B + A (1 - V K sum_d M_d cos(c_d p + b_d)) / 2,
-    p = sum_j f_j . Psi_j(place_j, width_j) + f' H f + rho,
+    p = sum_j f_j . Psi_j(place_j + sum_d s_dj e_d, width_j) + f' H f + rho,
 
 with the amplitude A, offset B, visibility V and point spread K of the camera, the shares M that the
 light of the channels d has in the grey levels of one, and the phase lead p of the loads f and of
 the residual retardance rho; H is what large strain adds.  What is uncertain are standardised
 unknowns e ~ N(0, 1) beside the loads: place and width of each contact, smooth fields of phase,
-modes of light and influence matrix, visibility, blur, gamma and cross-talk.  What acts through
+modes of light and influence matrix, visibility, blur, gamma and cross-talk.  A camera that is
+shifted sees all contacts moved by s_d, beside what the strip's ends change.  What acts through
 profiles that are smooth along the strip is kept on nodes, and only the fringes are taken at every
 pixel.
 
@@ -72,12 +73,18 @@ class FrameModel(NamedTuple):
         Width of contacts, its deviation, and the width below which it is kept positive [m].
     profile : float
         Of their tractions, EVEN or HERTZ.
+    moving : ndarray, shape (d, n), or (0, n)
+        How far a deviation of each of the first modes moves each contact in what the camera sees
+        [m]; without rows where none does.
+    origin : ndarray, shape (d,), or (0,)
+        Values of these modes at which the contacts are seen at their tactels.
     fields : ndarray, shape (r, m)
         Modes of the phase lead that no load causes [rad].
     fixed : ndarray, shape (m,)
         Phase lead without load [rad].
     influence : ndarray, shape (d, q, n, 2, m)
-        What powers 1 to q of the first d modes change in the influence matrix [rad/N].
+        What powers 1 to q of the first d modes change in the influence matrix, beside that they
+        move the contacts [rad/N].
     curvature : ndarray, shape (2n, 2n, m)
         Second order H of the phase lead in the loads, symmetric [rad/N^2]; shape (0, 0, m) where
         strain is small.
@@ -130,6 +137,8 @@ class FrameModel(NamedTuple):
     width_std: float
     narrow: float
     profile: float
+    moving: Array
+    origin: Array
     fields: Array
     fixed: Array
     influence: Array
@@ -213,6 +222,83 @@ def node_weights(along: Array, count: int) -> tuple[NDArray[np.int64], Array]:
         axis=1,
     )
     return first, weights
+
+
+def contacts_scatter(place: float, moving: Array) -> float:
+    """Standard deviation of where contacts are seen beside their tactels, the largest [m].
+
+    Parameters
+    ----------
+    place : float
+        Of their places [m].
+    moving : ndarray, shape (d, n)
+        As of `FrameModel`.
+    """
+    return float(np.sqrt(place**2 + np.square(moving).sum(axis=0).max(initial=0.0)))
+
+
+def as_seen(model: FrameModel) -> Array:
+    """From unknowns to those whose places are where the camera sees the contacts, (size, size).
+
+    Places of the frame's layout; a matrix of ones without contacts of uncertain places.
+    """
+    at, turned = model.at, np.eye(model.at.size)
+    if at.width > at.place and len(model.moving):
+        turned[at.place : at.width, at.modes : at.modes + len(model.moving)] = (
+            model.moving.T / model.place
+        )
+    return turned
+
+
+def moments_about(moments: Array, apart: Array) -> Array:
+    """Influence of the moments of tractions about other places, by the binomial theorem.
+
+    Parameters
+    ----------
+    moments : ndarray, shape (n, 2, K, m)
+        About the tactels.
+    apart : ndarray, shape (n,)
+        How far the places are from them, in units of the reach.
+    """
+    order = moments.shape[2]
+    if not np.any(apart):
+        return moments
+    i, k = np.arange(order)[:, None], np.arange(order)
+    powers = np.asarray(apart)[:, None, None] ** np.maximum(k - i, 0)
+    return np.ascontiguousarray(
+        np.einsum("nik,ntkm->ntim", np.where(k >= i, comb(k, i), 0.0) * powers, moments)
+    )
+
+
+def turned_moments(model: FrameModel, modes: Array) -> tuple[Array, Array]:
+    """Influence of the moments of contacts at their tactels, and its slopes, under some modes.
+
+    Parameters
+    ----------
+    model : FrameModel
+        Of the strip.
+    modes : ndarray, shape (d,)
+        Of the influence matrix.
+
+    Returns
+    -------
+    moments : ndarray, shape (n, 2, K, m)
+        About where the tactels are seen [rad/N].
+    slopes : ndarray, shape (d, n, 2, K, m)
+        Of these by the modes.
+    """
+    moments, power = model.moments, np.arange(1, 1 + model.influence.shape[1])
+    slopes = np.zeros((len(model.influence), *moments.shape))
+    e = modes[:, None]
+    if len(model.moving):
+        moments = moments_about(moments, (modes - model.origin) @ model.moving / model.reach)
+        raised = moments[:, :, 1:] * np.arange(1, moments.shape[2])[:, None]
+        slopes[:, :, :, :-1] = np.einsum("dn,ntkm->dntkm", model.moving / model.reach, raised)
+    if len(model.influence):
+        moments = moments.copy()
+        moments[:, :, 0] += np.einsum("dq,dqncm->ncm", e**power, model.influence)
+        slopes[:, :, :, 0] += np.einsum("dq,dqncm->dncm", power * e ** (power - 1), model.influence)
+    return moments, slopes
 
 
 def moment_table(order: int, profile: float) -> Array:

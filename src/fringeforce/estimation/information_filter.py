@@ -33,13 +33,14 @@ from fringeforce.estimation.followed_frames import (
 from fringeforce.estimation.followed_point import MatrixErrors, Reference, Standing
 from fringeforce.estimation.frame_climb import CONVERGED, climb
 from fringeforce.estimation.frame_exposure import (
+    influence_slopes,
     node_columns,
     node_phase,
     point_spread,
     shares_of_channels,
 )
 from fringeforce.estimation.frame_loss import Prior
-from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.frame_model import FrameModel, as_seen
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases
 from fringeforce.estimation.linearised_frame import (
     Linearised,
@@ -338,12 +339,9 @@ class InformationFilter:
 
     def _matrix_errors(self, about: Linearised, gain: Array, spread: Array) -> MatrixErrors:
         model, at = self.model, self.model.at
-        several, order = model.influence.shape[:2]
+        several = len(model.influence)
         own = slice(at.modes, at.modes + several)
-        powers = np.arange(order)
-        slopes = (powers + 1) * self.unknowns[own, None] ** powers
-        waves = np.einsum("dq,dqncm->dncm", slopes, model.influence)
-        waves = waves.reshape(-1, len(model.fixed))
+        waves = influence_slopes(model, self.unknowns).reshape(-1, len(model.fixed))
         found = -gain[: at.loads] @ shared_information(model, about, waves)[self._fresh]
         found = found.reshape(at.loads, several, at.loads).swapaxes(0, 1)
         return MatrixErrors(
@@ -368,7 +366,8 @@ class InformationFilter:
     def _second_order(self, about: Linearised) -> Array:
         """Information lost to products of errors of contacts; see `Posterior.spread`."""
         waves, one, other = products(self.model, self.unknowns)
-        known = covariance_of_products(self._spread, one, other)
+        seen = as_seen(self.model)
+        known = covariance_of_products(seen @ self._spread @ seen.T, one, other)
         cross = shared_information(self.model, about, waves)
         information = waves @ banded(about, waves).T
         return cross @ np.linalg.solve(np.eye(len(known)) + known @ information, known @ cross.T)

@@ -34,7 +34,12 @@ from fringeforce.estimation.frame_loss import (
     prior_loss,
     weighed_squares,
 )
-from fringeforce.estimation.frame_model import LEAST_PROFILE, FrameModel, Layout
+from fringeforce.estimation.frame_model import (
+    LEAST_PROFILE,
+    FrameModel,
+    Layout,
+    contacts_scatter,
+)
 from fringeforce.estimation.linearised_frame import empty_linearised, fill_linearised
 
 Array = NDArray[np.float64]
@@ -96,13 +101,17 @@ def _likely_turns(model: FrameModel) -> Array:
 def _sizes(model: FrameModel) -> Array:
     """Root mean squares of the mixtures of moments of contacts that are as likely, shape (k,)."""
     at, steps = model.at, np.linspace(-LIKELY_STDS, LIKELY_STDS, 9)
+    alone = model._replace(
+        place=contacts_scatter(model.place, model.moving),
+        moving=model.moving[:0],
+        origin=model.origin[:0],
+        at=at._replace(place=0, width=1, fields=1 + (at.fields > at.width)),
+    )
     mean, by_place, by_width = np.empty((3, len(model.mixing)))
     square = list[Array]()
-    for place in steps if at.width > at.place else [0.0]:
+    for place in steps if at.width > at.place or len(model.moving) else [0.0]:
         for width in steps if at.fields > at.width else [0.0]:
-            unknowns = np.zeros(at.size)
-            unknowns[at.place : at.width], unknowns[at.width : at.fields] = place, width
-            contact_mixtures(model, unknowns, 0, mean, by_place, by_width)
+            contact_mixtures(alone, np.array([place, width]), 0, mean, by_place, by_width)
             square.append(mean**2)
     return np.sqrt(np.mean(square, axis=0))
 
@@ -116,6 +125,8 @@ def by_coordinates(model: FrameModel, basis: Array) -> FrameModel:
         moments=np.empty((0, *model.moments.shape[1:])),
         profiles=np.empty((0, *model.profiles.shape[1:])),
         influence=np.empty((0, 1, 0, 2, nodes)),
+        moving=np.empty((0, 0)),
+        origin=np.empty(0),
         curvature=np.empty((0, 0, nodes)),
         fields=np.concatenate([basis, model.fields]),
         at=Layout(0, 0, 0, 0, *ends),
@@ -216,6 +227,7 @@ def _shown(model, reduced, unknowns, columns, point):
     if bent:
         columns[:] = 0.0
     one, beside, wide = np.empty(rank), np.empty(rank), np.empty(rank)
+    moving = len(model.moving)
     for j in range(len(profiles)):
         contact_moments(model, unknowns, j, mean, by_place, by_width)
         for c in range(2):
@@ -242,7 +254,11 @@ def _shown(model, reduced, unknowns, columns, point):
             if bent and at.width > at.place:
                 own = columns[at.place + j]
                 for i in range(rank):
-                    own[i] += force * beside[i]
+                    own[i] += model.place * force * beside[i]
+            for d in range(moving if bent else 0):
+                own, factor = columns[at.fields + d], model.moving[d, j] * force
+                for i in range(rank):
+                    own[i] += factor * beside[i]
             if bent and at.fields > at.width:
                 own = columns[at.width + j]
                 for i in range(rank):

@@ -30,6 +30,7 @@ from fringeforce.estimation.frame_information import information
 from fringeforce.estimation.frame_loss import Prior, prior_loss
 from fringeforce.estimation.frame_model import (
     FrameModel,
+    as_seen,
 )
 from fringeforce.estimation.likelihood import NO_BIAS
 from fringeforce.estimation.linearised_frame import (
@@ -338,7 +339,7 @@ class Posterior:
         faint = np.abs(phase).max() < LINEAR_PHASE
         columns = np.concatenate([node_columns(self.model, top.unknowns), waves])
         curvature = self._curvature(phase) if faint else np.zeros(nodes)
-        variance = np.zeros(nodes)
+        variance, seen = np.zeros(nodes), as_seen(self.model)
         covariance = np.linalg.inv(known[: at.size, : at.size])
         for _ in range(SECOND_ORDER if faint or len(waves) else 0):
             full = known
@@ -346,7 +347,7 @@ class Posterior:
                 own = (columns[: at.size] * (covariance @ columns[: at.size])).sum(axis=0)
                 variance = np.sqrt(variance * own) if variance.any() else own
                 full = known + (columns * (1.5 * curvature * variance)) @ columns.T
-            before = covariance_of_products(covariance, one, other)
+            before = covariance_of_products(seen @ covariance @ seen.T, one, other)
             cross = full[: at.size, at.size :]
             own = np.eye(len(before)) + before @ full[at.size :, at.size :]
             reduced = np.linalg.solve(own, before @ cross.T)
@@ -395,12 +396,13 @@ class Posterior:
         unknowns, about = tops[0].unknowns, self.linearised(tops[0])
         cross = shared_information(model, about, np.eye(len(model.fixed)))
         contacts = contacts_about(model, self.prior, unknowns, about, cross, basis)
-        beside = slice(at.place, at.fields)
-        known = np.linalg.inv(about.hessian)[beside, beside]
+        beside, seen = slice(at.place, at.fields), as_seen(model)[at.place : at.fields]
+        known = seen @ np.linalg.inv(about.hessian) @ seen.T
         scale = np.asarray(np.linalg.cholesky(known), dtype=float)
         if gaussian_share(contacts, unknowns[beside], scale) > GAUSSIAN:
             return None
-        return sampled_loads(contacts, [top.unknowns[beside] for top in tops], scale, covariance)
+        starts = [unknowns[beside] + seen @ (top.unknowns - unknowns) for top in tops]
+        return sampled_loads(contacts, starts, scale, covariance)
 
     def evidence(self, top: Top, about: Linearised) -> float:
         """Logarithm of the posterior mass around a top, less a constant (Laplace)."""
@@ -505,6 +507,8 @@ def products(
 ) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
     """Phase at the nodes by products of two errors, of a contact's force, place and width.
 
+    The place is where the camera sees the contact, as `as_seen` has it.
+
     Returns
     -------
     waves : ndarray, shape (k, m)
@@ -516,15 +520,16 @@ def products(
     found, loads = contact_columns(model, unknowns), unknowns[: at.loads].reshape(-1, 2)
     waves, pairs = [np.empty((0, nodes))], [np.empty((2, 0), dtype=np.intp)]
     shapes = [np.arange(at.place, at.width), np.arange(at.width, at.fields)]
+    units = model.place, 1.0
     uncertain = [kind for kind in (0, 1) if len(shapes[kind])]
     for kind in uncertain:
-        waves.append(found[kind].reshape(-1, nodes))
+        waves.append(units[kind] * found[kind].reshape(-1, nodes))
         pairs.append(np.array([np.arange(at.loads), np.repeat(shapes[kind], 2)]))
         step = np.zeros(at.size)
         step[shapes[kind]] = DIFFERENCE
         slope = contact_columns(model, unknowns + step) - contact_columns(model, unknowns - step)
         for other in uncertain[: uncertain.index(kind) + 1]:
-            bent = np.einsum("ncm,nc->nm", slope[other], loads) / (2 * DIFFERENCE)
+            bent = np.einsum("ncm,nc->nm", units[other] * slope[other], loads) / (2 * DIFFERENCE)
             waves.append(bent / 2 if other == kind else bent)
             pairs.append(np.array([shapes[kind], shapes[other]]))
     one, other = np.concatenate(pairs, axis=1)

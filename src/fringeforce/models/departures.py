@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from math import comb, inf
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,8 @@ from fringeforce.design.tolerances import Tolerances, number_at, with_values
 from fringeforce.estimation.frame_model import (
     FrameModel,
     Layout,
+    contacts_scatter,
+    moments_about,
     node_weights,
     pixels_at,
 )
@@ -332,16 +334,7 @@ class Departures:
         """All contacts beside their places, and wider."""
         if frame.moments.shape[2] == 1:
             return with_moments(frame, frame.moments + self._lines(by, wider)[:, :, None])
-        moments = frame.moments
-        if by:
-            order, step = moments.shape[2], by / frame.reach
-            expanded = np.array(
-                [
-                    [comb(k, i) * step ** (k - i) if k >= i else 0.0 for k in range(order)]
-                    for i in range(order)
-                ]
-            )
-            moments = np.ascontiguousarray(np.einsum("ik,ntkm->ntim", expanded, moments))
+        moments = moments_about(frame.moments, np.full(len(frame.moments), by / frame.reach))
         return with_moments(frame._replace(width=max(frame.width + wider, 0.0)), moments)
 
     def _each(self, path: str, frame: FrameModel) -> Widened:
@@ -448,4 +441,5 @@ def plain_moments(frame: FrameModel) -> FrameModel:
 def with_moments(frame: FrameModel, moments: Array) -> FrameModel:
     """The same model with other moments of its contacts, shape (n, 2, K, m)."""
     width = frame.width, frame.width_std
-    return frame._replace(**mixed(moments, frame.reach, frame.place, width))
+    scatter = contacts_scatter(frame.place, frame.moving)
+    return frame._replace(**mixed(moments, frame.reach, scatter, width))

@@ -278,6 +278,8 @@ class SkinModel:
             profiles=moments,
             mixing=_ONE,
             influence=influence,
+            moving=np.empty((0, len(moments))),
+            origin=np.empty(0),
             at=Layout(*(begin + more for begin in base.at)),
         )
 

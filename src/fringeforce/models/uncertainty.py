@@ -22,12 +22,15 @@ from scipy.sparse import csr_array
 from fringeforce.design.light import CHANNELS, CROSSTALK, Polariscope, pairs_of_channels
 from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.design.tolerances import REACH, number_at, with_values
+from fringeforce.estimation.frame_exposure import influence_slopes
 from fringeforce.estimation.frame_model import (
     EVEN,
     LEAST_PROFILE,
     FrameModel,
     Layout,
+    contacts_scatter,
     moment_table,
+    moments_about,
     node_weights,
     pixels_at,
 )
@@ -78,6 +81,8 @@ BROKEN = 1e-3
 """Share of pixels that show anything at all: a line camera of good quality has fewer."""
 REGISTRATION = "camera.shift", "camera.scale"
 """Paths of values that say where the camera looks."""
+PITCH = "tactels.pitch"
+"""Path of the value that moves all contacts."""
 RELAXATION = f"{TERMS[0]}."
 RELAXING = tuple(f"{path}." for path in TERMS)
 """Begin of the paths of values that act over time, which `reading.creep` allows for."""
@@ -99,8 +104,9 @@ class Mode:
         Dotted path of the design, or what it is.
     std : float
         Its standard deviation, in the unit of the value.
-    influence : tuple of ndarray, shape (m, n, 2)
-        Change of the influence matrix at the nodes with each power of the unknown [rad/N].
+    influence : tuple of ndarray, shape (s, n, 2)
+        Change of the influence matrix along the strip with each power of the unknown, beside that
+        it moves the contacts [rad/N].
     brightness, darkness : ndarray, shape (m,) or (C, 1), or float
         Change of the amplitude, relative to it, and of the offset, grey levels; along the strip or
         of each channel.
@@ -162,9 +168,16 @@ class Uncertainty:
     @cached_property
     def turns(self) -> Array:
         """Change of the influence over its peak by a deviation of each mode that turns it, (d,)."""
-        frame = self.frame
-        peak = max(np.abs(frame.moments[:, :, 0]).max(), np.finfo(float).tiny)
-        return np.abs(frame.influence[:, 0]).max(axis=(1, 2, 3)) / peak
+        return self._over_peak(influence_slopes(self.frame, np.zeros(self.frame.at.size)))
+
+    @cached_property
+    def turns_contacts(self) -> Array:
+        """The same of what is not as if contacts moved, (d,)."""
+        return self._over_peak(self.frame.influence[:, 0])
+
+    def _over_peak(self, changes: Array) -> Array:
+        peak = max(np.abs(self.frame.moments[:, :, 0]).max(), np.finfo(float).tiny)
+        return np.asarray(np.abs(changes).max(axis=(1, 2, 3)) / peak)
 
     @cached_property
     def lasting(self) -> NDArray[np.bool_]:
@@ -297,14 +310,17 @@ def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncerta
         shown |= ~imaging.usable.reshape(-1, len(pixel))[:, nearest].any(axis=0)
     built, seen = matrix.off(centre)
     psi = matrix.seen(built, seen) * shown[:, None, None]
-    modes = _design_modes(matrix, built, centre, nodes) + _drift(model)
+    lines = LineMoments.of(built.sensor, std, seen, shown)
+    modes = _design_modes(matrix, built, centre, nodes, lines) + _drift(model)
     modes.sort(key=lambda mode: not mode.influence)
     beside = psi.copy()  # to which single values add up at the centre
     for mode in modes:
         for power, change in enumerate(mode.influence, 1):
             beside -= change * centre.get(mode.name, 0.0) ** power * shown[:, None, None]
-    moments, reach = _contact_moments(built.sensor, std, seen, beside, shown)
-    turning = [mode.influence for mode in modes if mode.influence]
+    turning = [mode for mode in modes if mode.influence]
+    moving = np.array([lines.moving.get(mode.name, lines.still) for mode in turning])
+    moving = moving.reshape(-1, sensor.tactels.count)[: len(turning) if lines.moving else 0]
+    origin = np.array([centre.get(mode.name, 0.0) for mode in turning])[: len(moving)]
     light, camera = sensor.polariscope, sensor.camera
     fixed, residual = np.full(nodes, light.residual), std.get(RESIDUAL, 0.0)
     if imaging is not None and imaging.residual is not None:
@@ -364,17 +380,24 @@ def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncerta
     width = float(sensor.tactels.contact_width)
     places, widths = std.get(PLACEMENT, 0.0), std.get(WIDTH, 0.0)
     frame = FrameModel(
-        **mixed(coefficients(moments, nodes), reach, places, (width, widths)),
+        **mixed(
+            coefficients(lines.about(beside), nodes),
+            lines.reach,
+            contacts_scatter(places, moving),
+            (width, widths),
+        ),
         **pixels_at(first, weights, len(seen)),
-        reach=reach,
+        reach=lines.reach,
         place=places,
         width=width,
         width_std=widths,
         narrow=NARROW * max(width, widths),
         profile=EVEN,
+        moving=moving,
+        origin=origin,
         fields=np.ascontiguousarray(fields),
         fixed=fixed,
-        influence=coefficients(_powers(turning, psi), nodes),
+        influence=coefficients(_powers([mode.influence for mode in turning], psi), nodes),
         curvature=coefficients(_curvature(model, np.clip(x, -half, half), shown), nodes),
         brightness=_profiles([mode.brightness for mode in modes], (len(seen), nodes)),
         darkness=_profiles([mode.darkness for mode in modes], (len(seen), nodes)),
@@ -526,41 +549,115 @@ def _places_in_pixels(pixels: int, steps: int) -> Array:
     return np.arange(SPLINE_SAMPLES * steps + 1) / SPLINE_SAMPLES * pixels / steps - 0.5
 
 
-def _contact_moments(
-    sensor: Sensor, std: Mapping[str, float], x: Array, psi: Array, shown: NDArray[np.bool_]
-) -> tuple[Array, float]:
-    """Influence of the moments of every contact's traction, shape (n, 2, K, m), and their unit.
+@dataclass(frozen=True, eq=False)
+class LineMoments:
+    """Influence of the moments of the contacts' tractions, but for its zeroth moment.
 
-    Least squares of the influence of line loads over their place, of equal weight at the angles of
-    Chebyshev's points; what the nominal contacts leave of the characterised matrix is added to the
-    zeroth moment, so that they are exact.
+    Attributes
+    ----------
+    moments : ndarray, shape (n, 2, K, s)
+        Along the strip about the tactels, least squares of line loads [rad/N].
+    reach : float
+        Unit of length of the moments [m].
+    half : float
+        Half the width of the contacts, as drawn, in units of the reach.
+    moving : mapping
+        How far a deviation of each value moves the contacts in what the camera sees, by path, shape
+        (n,) [m].
     """
-    if PLACEMENT not in std and WIDTH not in std:
-        return np.ascontiguousarray(np.moveaxis(psi, 0, 2)[:, :, None]), 1.0
-    tactels = sensor.tactels
-    width = tactels.contact_width + FOLLOWED_STDS * std.get(WIDTH, 0.0)
-    reach = FOLLOWED_STDS * std.get(PLACEMENT, 0.0) + width / 2
-    centres = tactels.positions + tactels.placement
-    end = sensor.transducer.length / 2
-    reach = float(min(reach, end - np.abs(centres).max()))
-    surface = surface_influence(
-        sensor.transducer,
-        max(centres[0] - reach, -end),
-        min(centres[-1] + reach, end),
-        np.clip(x, -end, end),
-        light_line(sensor.transducer, sensor.camera),
-    )
-    constant = stress_optic_constant(sensor.transducer.photoelastic, sensor.polariscope.wavelength)
-    order = moments_within(reach, sensor.transducer)
-    lines = phase_lead(line_moments(surface, centres, reach, order), constant)
-    table = moment_table(order, EVEN)
-    half = tactels.contact_width / 2 / reach
-    even = np.arange(0, order, 2)
-    nominal = np.zeros(order)
-    nominal[even] = table[even, even // 2] * half**even
-    out = np.asarray(lines * shown)
-    out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", nominal, out)
-    return np.ascontiguousarray(out), reach
+
+    moments: Array
+    reach: float = 1.0
+    half: float = 0.0
+    moving: Mapping[str, Array] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, sensor: Sensor, std: Mapping[str, float], x: Array, shown: NDArray[np.bool_]
+    ) -> LineMoments:
+        """Of a strip whose contacts have tolerances of their own; of others there is one moment.
+
+        A camera that looks further along the strip sees contacts that moved back, and a pitch moves
+        them.  Where that leads beyond the strip, or so far that polynomials do not follow, they are
+        taken to stay.
+
+        Parameters
+        ----------
+        sensor : Sensor
+            As built.
+        std : mapping
+            Its tolerances.
+        x : ndarray, shape (s,)
+            Where the camera looks [m].
+        shown : ndarray of bool, shape (s,)
+            As of `Uncertainty`.
+        """
+        tactels, strip = sensor.tactels, sensor.transducer
+        if PLACEMENT not in std and WIDTH not in std:
+            return cls(np.zeros((tactels.count, 2, 1, len(x))))
+        width = tactels.contact_width + FOLLOWED_STDS * std.get(WIDTH, 0.0)
+        centres = tactels.positions + tactels.placement
+        steps = {
+            REGISTRATION[0]: -np.ones_like(centres),
+            REGISTRATION[1]: -centres,
+            PITCH: tactels.positions / tactels.pitch,
+        }
+        moving = {path: std[path] * step for path, step in steps.items() if std.get(path)}
+        end = strip.length / 2
+        most = min(end - np.abs(centres).max(), MOST_MOMENTS / MOMENTS * strip.compliant.thickness)
+
+        def reached() -> float:
+            steps = np.array(list(moving.values())).reshape(-1, len(centres))
+            return FOLLOWED_STDS * contacts_scatter(std.get(PLACEMENT, 0.0), steps) + width / 2
+
+        if reached() > most:
+            moving = {}
+        reach = float(min(reached(), end - np.abs(centres).max()))
+        surface = surface_influence(
+            strip,
+            max(centres[0] - reach, -end),
+            min(centres[-1] + reach, end),
+            np.clip(x, -end, end),
+            light_line(strip, sensor.camera),
+        )
+        constant = stress_optic_constant(strip.photoelastic, sensor.polariscope.wavelength)
+        order = moments_within(reach, strip)
+        moments = phase_lead(line_moments(surface, centres, reach, order), constant)
+        return cls(np.asarray(moments * shown), reach, tactels.contact_width / 2 / reach, moving)
+
+    @property
+    def still(self) -> Array:
+        """How far a value moves contacts that moves none, shape (n,)."""
+        return np.zeros(len(self.moments))
+
+    @cached_property
+    def nominal(self) -> Array:
+        """Moments of contacts as drawn, shape (K,)."""
+        order = self.moments.shape[2]
+        table, even = moment_table(order, EVEN), np.arange(0, order, 2)
+        found = np.zeros(order)
+        found[even] = table[even, even // 2] * self.half**even
+        return found
+
+    def about(self, psi: Array) -> Array:
+        """All moments, so that contacts as drawn have an influence (s, n, 2), (n, 2, K, s)."""
+        out = self.moments.copy()
+        out[:, :, 0] += np.moveaxis(psi, 0, 2) - np.einsum("k,ntkm->ntm", self.nominal, out)
+        return np.ascontiguousarray(out)
+
+    def moved(self, path: str, by: float) -> Array:
+        """Change of the influence matrix by moving contacts as drawn, shape (s, n, 2) [rad/N].
+
+        Parameters
+        ----------
+        path : str
+            Of a value.
+        by : float
+            Its deviations.
+        """
+        step = self.moving.get(path, self.still) * by / self.reach
+        change = moments_about(self.moments, step) - self.moments
+        return np.moveaxis(np.einsum("k,ntkm->ntm", self.nominal, change), 2, 0)
 
 
 def moments_within(reach: float, transducer: Transducer) -> int:
@@ -612,7 +709,7 @@ def mixed(moments: Array, reach: float, place: float, width: tuple[float, float]
     reach : float
         Unit of length of the moments [m].
     place : float
-        Standard deviation of the places of contacts [m].
+        Standard deviation of where contacts are seen beside their tactels [m].
     width : tuple of float
         Of contacts, and its standard deviation [m].
     """
@@ -659,13 +756,22 @@ def mixtures(
 
 
 def _design_modes(
-    matrix: BuiltInfluence, built: SensorModel, centre: Mapping[str, float], nodes: int
+    matrix: BuiltInfluence,
+    built: SensorModel,
+    centre: Mapping[str, float],
+    nodes: int,
+    lines: LineMoments,
 ) -> list[Mode]:
     """Unknowns of the values of the drawing, in the order of their paths.
 
     The camera looks from the centre's place, and what it sees is the centre's strip where it looks
     elsewhere; of single values of the strip all others are as drawn.
     """
+
+    def beside(path: str, whole: Callable[[float], Array]) -> Callable[[float], Array]:
+        """Influence matrix of a value without what it changes by moving contacts."""
+        return lambda e: whole(e) - lines.moved(path, e - centre.get(path, 0.0))
+
     sensor, x, modes = matrix.model.sensor, matrix.x, []
     half = sensor.transducer.length / 2
     taken = {PLACEMENT, WIDTH, RESIDUAL, "polariscope.visibility", "camera.blur", "camera.gamma"}
@@ -689,11 +795,11 @@ def _design_modes(
             modes.append(Mode(path, std, darkness=shown * std))
         elif path in REGISTRATION:
             on = np.abs(x) + REACH * np.abs(matrix.step(path)) <= half
-            modes.append(
-                Mode(path, std, _powers_of(partial(_looking, matrix, built, looking, path), on))
-            )
+            one = beside(path, partial(_looking, matrix, built, looking, path))
+            modes.append(Mode(path, std, _powers_of(one, on)))
         elif changes_influence([path]):
-            modes.append(Mode(path, std, _powers_of(partial(_one, matrix, looking, path))))
+            one = beside(path, partial(_one, matrix, looking, path))
+            modes.append(Mode(path, std, _powers_of(one)))
     last = float(Creep.of_ratio(sensor.transducer).amounts.sum())
     if last:  # loads of any age: the ratio is anywhere between those of first and last
         value = sensor.transducer.compliant.youngs_modulus

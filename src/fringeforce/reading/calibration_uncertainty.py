@@ -168,9 +168,12 @@ class CalibrationUncertainty:
         influence = np.tensordot(found[: len(self.influence)], self.influence, 1)
         first = np.zeros((1, *model.influence.shape[1:]))
         first[0, 0] = influence.T.reshape(first.shape[2:])
+        moves = 1 if len(model.moving) else 0  # the first mode moves no contact
         whole = model._replace(
             fixed=model.fixed + found @ self.fields,
             influence=np.concatenate([first, model.influence]),
+            moving=np.pad(model.moving, ((moves, 0), (0, 0))),
+            origin=np.pad(model.origin, (moves, 0)),
             brightness=np.concatenate([[found @ self.brightness], model.brightness]),
             darkness=np.concatenate([[found @ self.darkness], model.darkness]),
             blur_std=float(scale[0]),

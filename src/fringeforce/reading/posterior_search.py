@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fringeforce.estimation.bad_pixels import OUTLIER
 from fringeforce.estimation.extremes import extremes, light_of_extremes
-from fringeforce.estimation.frame_model import FrameModel
+from fringeforce.estimation.frame_model import FrameModel, turned_moments
 from fringeforce.estimation.phase.branches import branches
 from fringeforce.estimation.phase.folding import block_edges, block_means, phase_pace
 from fringeforce.estimation.phase.reflections import TOUCH, mirror_images
@@ -271,9 +271,15 @@ class PosteriorSearch:
     @cached_property
     def _large(self) -> NDArray[np.bool_]:
         """Modes that turn the influence so much that each load needs a column of its own."""
-        under_push = np.abs(self.model.influence[:, 0, :, 0]).max(axis=(1, 2))
+        under_push = np.abs(self._slopes[:, :, 0]).max(axis=(1, 2))
         whole = np.abs(self.model.moments[:, 0, 0].sum(axis=0)).max()
         return under_push > LARGE * max(whole, 1e-12)
+
+    @cached_property
+    def _slopes(self) -> Array:
+        """Change of the influence matrix of contacts as drawn with its modes, (d, n, 2, m)."""
+        _, slopes = turned_moments(self.model, np.zeros(len(self.model.influence)))
+        return slopes[:, :, :, 0]
 
     @cached_property
     def _begin(self) -> Array:
@@ -287,7 +293,7 @@ class PosteriorSearch:
         Of the mode that turns the influence most: what it does is far from linear.
         """
         peak = max(np.abs(self.model.moments[:, 0, 0]).max(), np.finfo(float).tiny)
-        turns = np.abs(self.model.influence[:, 0, :, 0]).max(axis=(1, 2)) / peak
+        turns = np.abs(self._slopes[:, :, 0]).max(axis=(1, 2)) / peak
         if self.centre is not None or not len(turns):
             return []
         own = np.eye(len(turns))[np.argmax(turns)]
@@ -313,14 +319,12 @@ class PosteriorSearch:
 
     def _turned_nodes(self, modes: Array) -> dict[str, Array]:
         model, at = self.model, self.model.at
-        moments, nodes = model.moments, len(model.fixed)
-        power = np.arange(1, 1 + model.influence.shape[1])
-        e = modes[:, None]
-        slopes = np.einsum("dq,dqncm->dncm", power * e ** (power - 1), model.influence)
-        parts = {"load": moments[:, :, 0] + np.einsum("dq,dqncm->ncm", e**power, model.influence)}
+        (moments, turned), nodes = turned_moments(model, modes), len(model.fixed)
+        parts, slopes = {"load": moments[:, :, 0]}, turned[:, :, :, 0]
         if moments.shape[2] > 2:
             mean, spread = self._squares
-            parts["load"] += mean * moments[:, :, 2]
+            parts["load"] = parts["load"] + mean * moments[:, :, 2]
+            slopes = slopes + mean * turned[:, :, :, 2]
             if at.width > at.place:
                 parts["shifted"] = moments[:, :, 1] * (model.place / model.reach)
             parts["widened"] = moments[:, :, 2] * spread

@@ -199,9 +199,9 @@ class StripFrameReader(StripFrames):
         centre = None if self.centre is None else off(self.uncertain)
         return PosteriorSearch(self.uncertain.frame, centre)
 
-    def _nearer(self, posterior: Posterior, unknowns: Array) -> StripFrameReader:
+    def _nearer(self, unknowns: Array) -> StripFrameReader:
         """What reads with products that are exact near unknowns; itself where they are small."""
-        centre = centre_near(self.model.sensor, self.uncertain, self.beside, posterior, unknowns)
+        centre = centre_near(self.uncertain, self.beside, unknowns)
         return self if centre is None else self._about(centre)
 
     def _about(self, centre: Mapping[str, float]) -> StripFrameReader:
@@ -320,7 +320,7 @@ class StripFrameReader(StripFrames):
             return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
         met = self._explained(posterior, lines, silent, known=known)
         if moves and met.promising:
-            nearer = self._nearer(posterior, met.best[0])
+            nearer = self._nearer(met.best[0])
             if nearer is not self:
                 anew = replace(before, unknowns=None)
                 # errors of shape may have another number of modes there
