@@ -15,15 +15,9 @@ from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.estimation.frame_model import EVEN, HERTZ, FrameModel
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, WIDTH
+from fringeforce.models.line_moments import FOLLOWED_STDS, MOMENTS, MOST_MOMENTS
 from fringeforce.models.strip import characterize
-from fringeforce.models.uncertainty import (
-    FOLLOWED_STDS,
-    MOMENTS,
-    MOST_MOMENTS,
-    NARROW,
-    random_field,
-    uncertainty,
-)
+from fringeforce.models.uncertainty import NARROW, random_field, uncertainty
 
 DOUBT = {
     "place": 0.1e-3,

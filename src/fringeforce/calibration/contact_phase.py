@@ -21,9 +21,9 @@ from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.mechanics.solid.mesh import Grading
 from fringeforce.mechanics.solid.strip import QUICK, STRIP
 from fringeforce.mechanics.surface_influence import SurfaceInfluence, surface_influence
+from fringeforce.models.line_moments import line_moments, mixtures, moments_within
 from fringeforce.models.node_splines import fitted, sampled
 from fringeforce.models.strip_width import light_line
-from fringeforce.models.uncertainty import line_moments, mixtures, moments_within
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 SOLVED = 16

@@ -16,8 +16,8 @@ from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.contacts.press import Tractions
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.frame_model import HERTZ, moment_table
+from fringeforce.models.line_moments import MOST_MOMENTS
 from fringeforce.models.presses import tractions
-from fringeforce.models.uncertainty import MOST_MOMENTS
 
 
 def under_radii(sensor: Sensor, loads: BenchLoads) -> tuple[BenchLoads, Array]:

@@ -30,6 +30,7 @@ from fringeforce.design.tolerances import with_values
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.imaging import camera_response
+from fringeforce.models.line_moments import FOLLOWED_STDS
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_camera import CameraUncertainty
 from fringeforce.models.pad_fields import PadResidual, shades_of
@@ -55,7 +56,7 @@ from fringeforce.models.pad_unknowns import (
     value_of,
 )
 from fringeforce.models.smooth_field import SmoothField
-from fringeforce.models.uncertainty import DRIFTS, FOLLOWED_STDS
+from fringeforce.models.uncertainty import DRIFTS
 
 Number = TypeVar("Number", bound=np.generic)
 Made = TypeVar("Made")

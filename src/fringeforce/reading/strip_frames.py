@@ -16,8 +16,9 @@ from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bounds import bounds_of
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.frame_information import information
+from fringeforce.models.line_moments import FOLLOWED_STDS
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import FOLLOWED_STDS, Uncertainty, uncertainty
+from fringeforce.models.uncertainty import Uncertainty, uncertainty
 from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.posterior_search import DENSE, Lines
 from fringeforce.reading.reading import Reading, Status
