@@ -36,3 +36,18 @@ def test_readings_of_updated_strips_err_as_they_say(tactels, length, strips) -> 
         total += squared_distance(found, later, rng, READ)
     freedom = 2 * tactels * strips
     assert chi2.ppf(CHANCE, freedom) < total < chi2.isf(CHANCE, freedom)
+
+
+def test_a_residual_is_larger_and_rougher_than_stated() -> None:
+    """Three times as large, down to a fourth as long: loads do not make up for it."""
+    bench, drift, total, strips = strip(3, "9 mm"), ff.Drift(), 0.0, 8
+    before = calibrated(bench)
+    for number in range(strips):
+        rng = np.random.default_rng([84, 3, number])
+        later = drifted(bench, rng, drift.shift, drift.light, 3 * drift.residual)
+        found = ff.update(before, later.frames(loads(rng, FRAMES, 3), rng))
+        assert found.calibration is not None
+        assert found.calibration.usable
+        total += squared_distance(found, later, rng, READ)
+    freedom = 2 * 3 * strips
+    assert chi2.ppf(CHANCE, freedom) < total < chi2.isf(CHANCE, freedom)

@@ -5,8 +5,8 @@ beside those that the calibration left uncertain, and every frame adds what it t
 its own unknowns are eliminated.
 
 A residual that is like the phase of loads, the same in every frame, is told from unknown loads by
-its smoothness alone, and how smooth it is nobody knows beforehand: what follows from several
-correlation lengths is averaged, as `residual_length` says.
+its smoothness and its size alone, which nobody knows beforehand: what follows from several
+correlation lengths and sizes is averaged, as `residual_guess` says.
 """
 
 from __future__ import annotations
@@ -27,13 +27,12 @@ from fringeforce.calibration.checks import checked_bench
 from fringeforce.calibration.drift_report import ROUNDS, Drift
 from fringeforce.calibration.drift_result import DriftFound, updated_model
 from fringeforce.calibration.drift_rows import CAMERA, UNEVEN, DriftRows, light_by_path
-from fringeforce.calibration.drift_state import DriftState, of_lengths, of_likelier_sign
+from fringeforce.calibration.drift_state import DriftState, of_likelier_sign
 from fringeforce.calibration.fit import fitted
 from fringeforce.calibration.judgement import wrong_forces
 from fringeforce.calibration.load_log import LoadLog
 from fringeforce.calibration.pads.calibrated import wrong_presses
 from fringeforce.calibration.pads.drift import updated_pad
-from fringeforce.calibration.residual_length import correlation_lengths, equally_likely
 from fringeforce.calibration.strip_drift_search import StripDriftSearch
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.loads import checked_loads
@@ -44,8 +43,7 @@ from fringeforce.models.imaging import Calibration, Imaging
 from fringeforce.models.pad import PadModel
 from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import FIELD_SAMPLES, SPLINE_SAMPLES, uncertainty
-from fringeforce.reading.strip_reader import StripFrameReader
+from fringeforce.models.uncertainty import uncertainty
 
 
 @overload
@@ -90,9 +88,9 @@ def update(
     from it, and of several channels the light of each and cross-talk that there is.  Unloaded
     frames tell of the residual and of darkness; frames under unknown loads tell of all, as loads of
     many frames fit one sensor.  Of a strip the residual may be rougher than `residual_length` says,
-    down to the thickness of the cover, as far as frames make that likely.  How large forces
-    are, known loads alone tell: they find the scale of a given matrix that states a tolerance
-    of it, and stay out of what a calibration found.
+    down to the thickness of the cover, and four times as large as `drift` says or a fourth of it,
+    as far as frames make that likely.  How large forces are, known loads alone tell: they find the
+    scale of a given matrix that states a tolerance of it, and stay out of what a calibration found.
 
     Parameters
     ----------
@@ -169,9 +167,8 @@ def _updated_strip(
     signed = True
     if unloaded:
         state, signed = of_likelier_sign(state)
-    states = of_lengths(state)
     report("Done", ROUNDS, ROUNDS)
-    return updated_model(model, DriftFound.of(states), signed)
+    return updated_model(model, DriftFound.of(state), signed)
 
 
 def _under_presses(
@@ -183,21 +180,14 @@ def _under_presses(
 ) -> SensorModel:
     """What frames of presses say that are written down, and perhaps wrongly."""
     drifting = _drifting(model, drift)
-    reader = StripFrameReader(drifting)
-    rows = DriftRows.of(reader)
-    if RESIDUAL in rows.names:
-        places = reader.uncertain.places[:: SPLINE_SAMPLES // FIELD_SAMPLES]
-        lengths = correlation_lengths(drifting.sensor)
-        nodes = equally_likely(lengths, places, len(reader.uncertain.frame.fixed))
-        rows = rows.with_fields(drifting.sensor.tolerances[RESIDUAL] * reader.at_pixels(nodes))
+    rows = DriftRows.about(drifting)
     shares = pairs_of_channels(len(model.sensor.polariscope.pictures))
     unsure = {path: std for path in shares if (std := drifting.sensor.tolerances.get(path))}
     stated = Tolerances({**model.sensor.tolerances, **unsure})
     sensor = model.sensor.model_copy(update={"tolerances": stated})
     search = StripDriftSearch(replace(model, sensor=sensor), rows, levels, known)
     fit = fitted(search, report)
-    shared, covariance = search.drifted(fit)
-    found = DriftFound(drifting, rows, shared, covariance, np.eye(len(shared)), fit.explained)
+    found = DriftFound(drifting, rows, *search.drifted(fit), rows.before, fit.explained)
     later = updated_model(model, found, signed=True, loose=CAMERA)
     assert later.calibration is not None
     loads = known if isinstance(known, BenchLoads) else known.at(fit.delay)

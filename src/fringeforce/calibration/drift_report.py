@@ -16,6 +16,10 @@ FORCES = (
     "How large forces are, only known loads tell: that stays as the calibration found it, with its "
     "deviation."
 )
+LARGE = (
+    "Do not use this model: only a residual explains the frames that is far larger than was "
+    "stated. Calibrate anew, or state a larger one where it may be so large."
+)
 EXPLAINED = 0.9
 """Share of the frames that must be explained for the model to be used."""
 ROUNDS = 12
@@ -36,7 +40,8 @@ class Drift:
     offset : float
         Of the light that fringes do not modulate, over the amplitude.
     residual : float
-        Of the retardance without load, smooth along the strip [rad].
+        Of the retardance without load, smooth along the strip [rad]; of strips it may be wrong by
+        a factor of four, either way.
     shift : float
         Of the camera along the strip [m].
     scale : float

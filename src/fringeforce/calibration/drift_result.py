@@ -9,7 +9,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.crosstalk import allowed_shares
-from fringeforce.calibration.drift_report import EXPLAINED, FORCES, Told, missed
+from fringeforce.calibration.drift_report import EXPLAINED, FORCES, LARGE, Told, missed
 from fringeforce.calibration.drift_rows import (
     CAMERA,
     UNEVEN,
@@ -17,31 +17,35 @@ from fringeforce.calibration.drift_rows import (
     light_by_path,
     usable_pixels,
 )
-from fringeforce.calibration.drift_state import DriftState, weights_of
-from fringeforce.calibration.residual_length import UNLIKELY
+from fringeforce.calibration.drift_state import DriftState
 from fringeforce.design.light import pairs_of_channels
 from fringeforce.design.tolerances import Tolerances, with_values
+from fringeforce.estimation.residual_test import FALSE_VERDICT
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import SMALLEST
+
+CERTAIN = 1e-8
+"""Variance that nothing falls short of, over that before any frame: of a ten thousandth of a
+deviation, so that the covariance of what is told has a root.  A smooth residual has no rough
+modes."""
 
 
 class DriftFound(NamedTuple):
-    """What frames tell of the drift, under all correlation lengths that the residual may have.
+    """What frames tell of the drift, under all lengths and sizes that the residual may have.
 
     Attributes
     ----------
     origin : SensorModel
         With tolerances of all that may drift.
     rows : DriftRows
-        What the unknowns change; those of the residual are of all lengths together.
+        What the unknowns change.
     shared : ndarray, shape (S,)
         Mean of the unknowns.
     covariance, before : ndarray, shape (S, S)
         Their covariances after the frames and before.
     explained : ndarray of bool, shape (F,)
-        Frames that are explained under the likeliest length.
+        Frames that are explained.
     """
 
     origin: SensorModel
@@ -52,40 +56,10 @@ class DriftFound(NamedTuple):
     explained: Mask
 
     @classmethod
-    def of(cls, states: list[DriftState]) -> DriftFound:
-        """The average of what follows from each length, with its probability as weight."""
-        weights = weights_of(states)
-        kept = weights >= UNLIKELY * weights.max()
-        states = [one for one, is_kept in zip(states, kept, strict=True) if is_kept]
-        weights = weights[kept] / weights[kept].sum()
-        best = states[int(weights.argmax())]
-        if len(states) == 1:
-            covariance: Array = np.asarray(np.linalg.inv(best.information), dtype=float)
-            before = np.eye(len(best.shared))
-            return cls(best.origin, best.rows, best.shared, covariance, before, best.explained)
-        own = [np.array([name == RESIDUAL for name in one.rows.names]) for one in states]
-        fields = np.concatenate([one.rows.fields[at] for one, at in zip(states, own, strict=True)])
-        turn, sizes, _ = np.linalg.svd(fields, full_matrices=False)
-        turn = turn[:, np.square(sizes) > SMALLEST * sizes[0] ** 2]
-        rows = best.rows.with_fields(turn.T @ fields)
-        moves, last, first = [], 0, int(np.argmax(own[0]))
-        for at in own:
-            count = int(at.sum())
-            move = np.zeros((len(rows.names), len(at)))
-            others = [k for k, name in enumerate(rows.names) if name != RESIDUAL]
-            move[others, np.flatnonzero(~at)] = 1.0
-            move[first : first + turn.shape[1], at] = turn[last : last + count].T
-            moves.append(move)
-            last += count
-        each = [move @ one.shared for move, one in zip(moves, states, strict=True)]
-        mean = weights @ np.array(each)
-        covariance, before = np.zeros((2, len(mean), len(mean)))
-        for weight, move, one, shared in zip(weights, moves, states, each, strict=True):
-            off = shared - mean
-            covariance += weight * (move @ np.linalg.inv(one.information) @ move.T)
-            covariance += weight * np.outer(off, off)
-            before += weight * (move @ move.T)
-        return cls(best.origin, rows, mean, covariance, before, best.explained)
+    def of(cls, state: DriftState) -> DriftFound:
+        """Of frames that were read."""
+        rows, (shared, covariance) = state.rows, state.found
+        return cls(state.origin, rows, shared, covariance, rows.before, state.explained)
 
 
 def _told(state: DriftFound, imaging: Imaging, signed: bool) -> list[Told]:
@@ -149,6 +123,8 @@ def updated_model(
     assert model.calibration is not None
     before, rows, found = model.imaging, state.rows, model.calibration
     told = _told(state, before, signed)
+    own = rows.residual
+    large = bool(own.stop) and rows.guess.chance(state.shared[own]) < FALSE_VERDICT
     left = {path for one in told if not one.known for path in one.paths}
     kept = np.array([name not in left for name in rows.names])
     covariance, shared = state.covariance, state.shared.copy()
@@ -164,7 +140,8 @@ def updated_model(
     }
     kept &= np.array([name not in opened for name in rows.names])
     root = np.zeros((len(kept), int(kept.sum())))
-    root[kept] = np.linalg.cholesky(covariance[np.ix_(kept, kept)])
+    spread = covariance[np.ix_(kept, kept)]
+    root[kept] = np.linalg.cholesky(spread + CERTAIN * np.eye(len(spread)))
     moving, known = int(kept[: len(rows.influence)].sum()), len(before.influence_modes)
     drifted = rows.moved(model, shared)
     moved = drifted.imaging
@@ -212,9 +189,14 @@ def updated_model(
         covariance=found.covariance + change @ change.T + apart,
         modes=among(old.T, change.T).T,
         outliers=tuple(np.flatnonzero(~state.explained).tolist()),
-        usable=bool(state.explained.mean() >= EXPLAINED),
+        usable=bool(state.explained.mean() >= EXPLAINED) and not large,
         record=None,
-        findings=(*missed(state.explained), *map(str, told), *[FORCES] * (not rows.design.any())),
+        findings=(
+            *[LARGE] * large,
+            *missed(state.explained),
+            *map(str, told),
+            *[FORCES] * (not rows.design.any()),
+        ),
     )
     drifting, light = state.origin.sensor, light_by_path(model.sensor)
     lit = {path: grey for path, grey in light.items() if path in left}

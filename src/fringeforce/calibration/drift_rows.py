@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.checks import see_strip
+from fringeforce.calibration.residual_guess import Averaged, ResidualGuess
 from fringeforce.design.light import light_of_channels, pairs_of_channels
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
@@ -17,7 +18,7 @@ from fringeforce.estimation.frame_exposure import influence_slopes
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import DRIFTS
+from fringeforce.models.uncertainty import DRIFTS, at_nodes, places_of_fields, uncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
 
 CAMERA = "camera.shift", "camera.scale"
@@ -52,6 +53,8 @@ class DriftRows(NamedTuple):
         Changes of the share of light of each pair of channels.
     design : ndarray, shape (S,)
         Relative changes of the values of the design that the first d stand for.
+    guess : ResidualGuess
+        What the residual may be.
     """
 
     names: tuple[str, ...]
@@ -63,10 +66,24 @@ class DriftRows(NamedTuple):
     camera: Array
     shares: Array
     design: Array
+    guess: ResidualGuess
 
     @classmethod
-    def of(cls, reader: StripFrameReader) -> DriftRows:
-        """Those of a reader of the strip whose drift is a tolerance."""
+    def about(cls, model: SensorModel) -> DriftRows:
+        """Those of a model of which what may drift is a tolerance."""
+        places, nodes = places_of_fields(model)
+        std, guess = model.sensor.tolerances.get(RESIDUAL), ResidualGuess.none(nodes)
+        if std:
+            guess = ResidualGuess.of(model.sensor, std, places, nodes)
+        return cls.of(_reader(model, guess.modes), guess)
+
+    def reader_of(self, model: SensorModel) -> StripFrameReader:
+        """What reads frames of a model that has drifted, and may still."""
+        return _reader(model, at_nodes(model, self.fields[self.residual]))
+
+    @classmethod
+    def of(cls, reader: StripFrameReader, guess: ResidualGuess) -> DriftRows:
+        """Those of a reader that allows for such a residual."""
         sensor, uncertain = reader.model.sensor, reader.uncertain
         frame, at = uncertain.frame, uncertain.frame.at
         modes = [m for m, one in enumerate(uncertain.modes) if one.name not in DRIFTS]
@@ -75,7 +92,7 @@ class DriftRows(NamedTuple):
         where = np.concatenate(
             [
                 at.modes + np.array(modes, dtype=int),
-                np.arange(at.fields, at.modes),
+                np.arange(at.fields, at.fields + len(guess.modes)),
                 np.arange(at.crosstalk, at.size),
             ]
         )
@@ -99,19 +116,52 @@ class DriftRows(NamedTuple):
             shares[row, list(pairs).index(path)] = std
         names = (
             *(uncertain.modes[m].name for m in modes),
-            *[RESIDUAL] * (at.modes - at.fields),
+            *[RESIDUAL] * len(guess.modes),
             *unsure,
         )
         influence = np.moveaxis(reader.at_pixels(influence_slopes(frame, np.zeros(at.size))), -1, 1)
         bright, dark = (along(rows[modes], 0) for rows in (frame.brightness, frame.darkness))
-        fields = along(frame.fields, lit)
-        return cls(names, where, influence, bright, dark, fields, camera, shares, design)
+        fields = along(frame.fields[: len(guess.modes)], lit)
+        return cls(names, where, influence, bright, dark, fields, camera, shares, design, guess)
+
+    @property
+    def residual(self) -> slice:
+        """Unknowns of the residual."""
+        first = self.names.index(RESIDUAL) if len(self.guess.modes) else 0
+        return slice(first, first + len(self.guess.modes))
+
+    def average(self, information: Array, pull: Array) -> Averaged:
+        """What frames tell of the unknowns; as of `ResidualGuess.average`."""
+        return self.guess.average(self.residual, information, pull)
+
+    def loss(self, shared: Array) -> float:
+        """Twice the negative logarithm of the unknowns' probability, less a constant."""
+        own = self.residual
+        return self.guess.loss(shared[own]) + float(np.square(np.delete(shared, own)).sum())
+
+    @property
+    def before(self) -> Array:
+        """Covariance of the unknowns before the frames, shape (S, S)."""
+        return np.asarray(self.guess.before(self.residual, len(self.names)).mean(axis=0))
 
     def anew(self, reader: StripFrameReader) -> DriftRows:
-        """The same about a model that has drifted; values of the design change as they did."""
-        found, moving = DriftRows.of(reader), len(self.influence)
+        """The same about a model that has drifted.
+
+        Values of the design, and modes of the residual, change what they did.
+        """
+        found, moving = DriftRows.of(reader, self.guess), len(self.influence)
         own = (self.design[:moving] != 0)[:, None, None, None]
-        return found._replace(influence=np.where(own, self.influence, found.influence))
+        influence = np.where(own, self.influence, found.influence)
+        return found._replace(influence=influence, fields=self.fields)
+
+    def signs_beside(self, others: DriftRows) -> Array:
+        """Signs with which unknowns of others are the same here, shape (S,).
+
+        Modes of uneven light are eigenvectors, which may turn round where the camera moves.
+        """
+        alike = (self.brightness * others.brightness).sum(axis=1)
+        alike += (self.darkness * others.darkness).sum(axis=1)
+        return np.where(alike < 0, -1.0, 1.0)
 
     def moved(self, model: SensorModel, shared: Array) -> SensorModel:
         """A model that has drifted by so much."""
@@ -141,36 +191,6 @@ class DriftRows(NamedTuple):
         moved = with_values(model.sensor, self.found_shares(model.sensor, shared))
         return replace(model, sensor=moved, psi=psi, imaging=seen)
 
-    def nearest(self, others: DriftRows, shared: Array) -> Array:
-        """The unknowns that change nearly what those of others do, of as many modes or not."""
-        own, theirs = (
-            np.array([name == RESIDUAL for name in rows.names]) for rows in (self, others)
-        )
-        found = np.zeros(len(self.names))
-        found[~own] = shared[~theirs]
-        found[own] = as_modes(self.fields[own], shared @ others.fields)
-        return found
-
-    def with_fields(self, fields: Array) -> DriftRows:
-        """The same with other modes of the residual, shape (r, P), which no frame has."""
-        own = np.array([name == RESIDUAL for name in self.names])
-        first, last = int(np.argmax(own)), int(own.sum()) + int(np.argmax(own))
-
-        def among(rows: Array, new: Array | None = None) -> Array:
-            more = np.zeros((len(fields), *rows.shape[1:])) if new is None else new
-            return np.concatenate([rows[:first], more, rows[last:]])
-
-        return self._replace(
-            names=(*self.names[:first], *[RESIDUAL] * len(fields), *self.names[last:]),
-            where=np.empty(0, dtype=np.int64),
-            brightness=among(self.brightness),
-            darkness=among(self.darkness),
-            fields=among(self.fields, fields),
-            camera=among(self.camera),
-            shares=among(self.shares),
-            design=among(self.design),
-        )
-
     def found_shares(self, sensor: Sensor, shared: Array) -> dict[str, float]:
         """Cross-talk of a design after such a drift, by path; perhaps shares below zero."""
         pairs = pairs_of_channels(len(sensor.polariscope.pictures)).items()
@@ -180,6 +200,11 @@ class DriftRows(NamedTuple):
             for k, (path, (c, d)) in enumerate(pairs)
             if self.shares[:, k].any()
         }
+
+
+def _reader(model: SensorModel, modes: Array) -> StripFrameReader:
+    """What reads frames of a model that allows for modes of the residual at the nodes (q, m)."""
+    return StripFrameReader(model, centre=uncertainty(model, modes if len(modes) else None))
 
 
 def as_modes(modes: Array, field: Array) -> Array:

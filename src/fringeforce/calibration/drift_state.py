@@ -7,27 +7,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.arrays import Array
 from fringeforce.calibration.bench_search import SETTLED
-from fringeforce.calibration.drift_report import EXPLAINED, ROUNDS
+from fringeforce.calibration.drift_report import ROUNDS
 from fringeforce.calibration.drift_rows import DriftRows, as_modes, usable_pixels
-from fringeforce.calibration.residual_length import (
-    UNLIKELY,
-    correlation_lengths,
-    probabilities,
-)
-from fringeforce.design.tolerances import with_values
+from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.posterior import HELD, Posterior, Top
 from fringeforce.estimation.residual_test import square_limit
-from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.strip import SensorModel
+from fringeforce.reading.contact_prior import push_of
 from fringeforce.reading.strip_reader import StripFrameReader
 
-LENGTH = "polariscope.residual_length"
 STRENGTHS = np.linspace(-3, 3, 25)
 """Strengths of the effect that are tried for a frame of known loads, in standard deviations."""
 ATTEMPTS = 8
 """Starts of the search of a frame that is not explained."""
+SEARCHES = 2
+"""Rounds in which the loads of frames are searched: with a drift of their own, and with that which
+all share; then they follow it."""
 
 
 class DriftState:
@@ -53,14 +50,15 @@ class DriftState:
         shared: Array | None = None,
     ) -> None:
         self.origin, self.levels, self.loads = model, levels, loads
-        self.rows = DriftRows.of(StripFrameReader(model))
+        self.rows = DriftRows.about(model)
         self.shared = np.zeros(len(self.rows.where)) if shared is None else shared
-        self.information = np.eye(len(self.shared))
         self.explained = np.zeros(len(levels), dtype=bool)
         self.readable = np.zeros(len(levels), dtype=bool)
-        self.parts, self.lost = np.zeros(len(levels)), 0.0
+        count = len(self.shared)
+        self.found = self.rows.average(np.zeros((count, count)), np.zeros(count))
         self.loss, self.near = np.inf, shared is not None
         self.best = np.inf, self.shared
+        self.searches, self.read = SEARCHES, dict[int, tuple[Prior, Array]]()
 
     @property
     def model(self) -> SensorModel:
@@ -74,16 +72,19 @@ class DriftState:
         from a drift d, gradient g with its prior and Schur complement K of a frame, its likelihood
         has the gradient g - (1 + K) d where the model is.
         """
-        reader = StripFrameReader(self.model)
-        earlier, rows = self.rows, self.rows.anew(reader)
-        if len(rows.names) != len(earlier.names):  # as many modes as count where the camera looks
-            self.shared = rows.nearest(earlier, self.shared)
-            self.best = np.inf, self.shared
+        model = self.model
+        reader, smooth = self.rows.reader_of(model), StripFrameReader(model)
+        rows = self.rows.anew(reader)
+        signs = rows.signs_beside(self.rows)
+        self.shared, self.found = signs * self.shared, self.found.turned(signs)
+        self.best = self.best[0], signs * self.best[1]
         self.rows = rows
         unity = np.eye(len(self.shared))
-        self.information, slope = unity.copy(), self.shared.copy()
-        self.loss = self.lost = float(self.shared @ self.shared)
+        information, slope = np.zeros_like(unity), np.zeros_like(self.shared)
+        self.loss = rows.loss(self.shared)
         for number, frame in enumerate(self.levels):
+            if self.loads is None and self.searches:
+                self.read[number] = self._searched(smooth, reader, frame)
             posterior, top = self._found(reader, number, frame)
             readable = top.square <= square_limit(top.count)
             if self.near:
@@ -99,11 +100,10 @@ class DriftState:
             cross = hessian[np.ix_(own, rows.where)]
             response = np.linalg.solve(hessian[np.ix_(own, own)], cross)
             told = hessian[np.ix_(rows.where, rows.where)] - unity - cross.T @ response
-            volume = np.linalg.slogdet(hessian[np.ix_(own, own)])[1]
-            self.parts[number] = top.loss + volume - np.log(posterior.prior.precision[own]).sum()
-            self.information += told
+            information += told
             slope += about.gradient[rows.where] - response.T @ about.gradient[own]
             slope -= (told + unity) @ top.unknowns[rows.where]
+        self.searches = max(self.searches - 1, 0)
         lowest, best = self.best
         # by more than climbs of frames leave: one squared deviation
         if self.loss > lowest + 1:
@@ -113,31 +113,12 @@ class DriftState:
             return True  # the model stays where it is, and would find the same again
         if self.near:
             self.best = self.loss, self.shared
-        step = -np.linalg.solve(self.information, slope)
-        self.shared = self.shared + step
-        short = bool(np.sqrt(step @ self.information @ step) < SETTLED)
+        self.found = rows.average(information, information @ self.shared - slope)
+        step = self.found.mean - self.shared
+        self.shared = self.found.mean
+        short = bool(np.sqrt(step @ (unity + information) @ step) < SETTLED)
         self.near, before = True, self.near
         return before and short
-
-    @property
-    def residual_length(self) -> float:
-        """Correlation length that the residual has here [m]."""
-        return float(self.origin.sensor.polariscope.residual_length)
-
-    def evidence_loss(self, frames: Mask) -> float:
-        """Twice the negative logarithm of the probability of some frames, less a constant.
-
-        All unknowns are integrated out (MacKay, Neural Computation 4, 415-447, 1992).
-        """
-        volume = float(np.linalg.slogdet(self.information)[1])
-        return self.lost + volume + float(self.parts[frames].sum())
-
-    def with_residual_length(self, length: float) -> DriftState:
-        """The same frames about the same drift, whose residual has another correlation length."""
-        sensor = with_values(self.origin.sensor, {LENGTH: length})
-        other = DriftState(replace(self.origin, sensor=sensor), self.levels, self.loads)
-        shared = other.rows.nearest(self.rows, self.shared)
-        return DriftState(other.origin, self.levels, self.loads, shared)
 
     def _pinned(self, posterior: Posterior, top: Top) -> Top:
         """What explains a frame best without any drift of its own."""
@@ -187,12 +168,39 @@ class DriftState:
                 starts = [start + size * unit for start in starts for size in STRENGTHS]
             tops = [alone.climbed(start) for start in starts]
             return alone, min(tops, key=lambda top: top.loss)
-        located = reader.followed(frame, used, None)[1]
+        known, start = self.read[number]
+        posterior = reader.posterior(posterior.frame, push_of(known))
+        prior = posterior.prior._replace(friction=known.friction, yielding=known.yielding)
+        posterior = reader.solved_at(posterior.under(prior), start[: posterior.model.at.loads])
+        top = posterior.climbed(start, heats=())
+        after = top.unknowns.copy()
+        after[self.rows.where] = 0.0
+        self.read[number] = known, after
+        return posterior, top
+
+    def _searched(
+        self, smooth: StripFrameReader, reader: StripFrameReader, frame: Array
+    ) -> tuple[Prior, Array]:
+        """Prior of a frame and unknowns that lead to what explains it best.
+
+        Under residuals that are as smooth as the drawing says: rougher ones would stand for loads.
+        """
+        used = reader.usable_pixels
+        located = smooth.followed(frame, used, None)[1]
         if located is not None:
-            return located.posterior, located.top
-        posterior, tops = reader.explanations(posterior.frame, ATTEMPTS, mend=True)
-        nothing = posterior.climbed(np.zeros(posterior.model.at.size))
-        return posterior, tops[0] if tops else nothing
+            posterior, unknowns = located.posterior, located.top.unknowns
+        else:
+            levels = np.where(used, frame, np.nan)
+            posterior, tops = smooth.explanations(levels, ATTEMPTS, mend=True)
+            nothing = np.zeros(posterior.model.at.size)
+            unknowns = tops[0].unknowns if tops else posterior.climbed(nothing).unknowns
+        own, count = self.rows.fields[self.rows.residual], len(self.rows.guess.modes)
+        at, more = posterior.model.at, reader.uncertain.frame.at.size - posterior.model.at.size
+        last = at.fields + count - more
+        nodes = unknowns[at.fields : last] @ posterior.model.fields[: last - at.fields]
+        field = smooth.at_pixels(nodes)
+        begun = unknowns[: at.fields], as_modes(own, field), unknowns[last:]
+        return posterior.prior, np.concatenate(begun)
 
 
 def of_likelier_sign(state: DriftState) -> tuple[DriftState, bool]:
@@ -214,24 +222,3 @@ def of_likelier_sign(state: DriftState) -> tuple[DriftState, bool]:
             break
         state = best
     return state, signed
-
-
-def of_lengths(state: DriftState) -> list[DriftState]:
-    """The same under shorter and shorter correlation lengths of the residual, as far as likely."""
-    found, shown = [state], RESIDUAL in state.rows.names
-    for length in correlation_lengths(state.origin.sensor)[1:] if shown else []:
-        shorter = found[-1].with_residual_length(length)
-        any(shorter.improve() for _ in range(ROUNDS))
-        found.append(shorter)
-        weights = weights_of(found)
-        before, now = (one.readable.mean() for one in found[-2:])
-        lost = before >= now < EXPLAINED  # another sensor is no rougher residual
-        if lost or weights[-1] < UNLIKELY * weights.max():
-            break
-    return found
-
-
-def weights_of(states: list[DriftState]) -> Array:
-    """Probabilities of models of the same frames, by those that all of them explain, shape (k,)."""
-    common = np.all([one.readable for one in states], axis=0)
-    return probabilities([one.evidence_loss(common) for one in states])

@@ -165,23 +165,6 @@ class ResidualLengths:
         return (turn[:, kept] * spread[kept]).T / self.scales, size
 
 
-def equally_likely(lengths: Sequence[float], places: Array, nodes: int) -> Array:
-    """Modes at the nodes of a residual of unit variance, any of the lengths of which it may have.
-
-    Parameters
-    ----------
-    lengths, places, nodes
-        As of `ResidualLengths.of`.
-
-    Returns
-    -------
-    ndarray, shape (q, m)
-    """
-    known, count = ResidualLengths.of(lengths, places, nodes), len(lengths)
-    modes, size = known.averaged(Weighed(np.full(count, 1 / count), np.ones(count), 0.0))
-    return np.asarray(size * modes @ known.fields)
-
-
 def alone(information: Array, pull: Array, own: slice, precision: Array) -> tuple[Array, Array]:
     """What frames tell of some unknowns, all others integrated out; as `ResidualLengths.weighed`.
 

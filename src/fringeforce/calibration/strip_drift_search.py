@@ -15,6 +15,7 @@ from fringeforce.calibration.bench_search import inverse
 from fringeforce.calibration.design_entries import units
 from fringeforce.calibration.drift_rows import DriftRows
 from fringeforce.calibration.fit import BenchFit
+from fringeforce.calibration.residual_guess import Averaged
 from fringeforce.calibration.residual_length import FAINTEST, correlation_lengths
 from fringeforce.calibration.shared_unknowns import Expected, ExpectedTogether
 from fringeforce.calibration.strip_search import StripSearch
@@ -190,7 +191,7 @@ class StripDriftSearch(StripSearch):
         """Whether the residual is found to be rougher: the drift says how rough it may be."""
         return False
 
-    def drifted(self, fit: BenchFit) -> tuple[Array, Array]:
+    def drifted(self, fit: BenchFit) -> Averaged:
         """Mean and covariance of the unknowns of the drift, shapes (S,) and (S, S).
 
         Small errors of contacts' tractions are another in every frame, and make what frames tell
@@ -204,4 +205,6 @@ class StripDriftSearch(StripSearch):
         whole = (before + np.outer(more, more) * (covariance - before))[own, own]
         back = precision @ self.unsure[-len(self.drift.camera) :].T
         left = np.eye(back.shape[1]) - back.T @ (inverse(precision) - whole) @ back
-        return back.T @ (fit.state.shared[own] - mean), left
+        told = inverse(left)
+        found = back.T @ (fit.state.shared[own] - mean)
+        return self.drift.average(told - np.eye(len(told)), told @ found)

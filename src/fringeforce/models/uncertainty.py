@@ -200,22 +200,35 @@ def shape_modes(frame: FrameModel, shape: Array, loads: Array, count: int) -> Ar
     return (vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0))).T
 
 
-def uncertainty(model: SensorModel) -> Uncertainty:
+def uncertainty(model: SensorModel, residual: Array | None = None) -> Uncertainty:
     """Unknowns of a model, from the tolerances of its design and the drift of its light.
 
     Parameters
     ----------
     model : SensorModel
         As drawn or calibrated; the tolerances of a calibrated one are what may change after it.
+    residual : ndarray, shape (k, m), optional
+        Modes of the residual at the nodes, of unit variance each [rad]; those of the drawing's
+        correlation length and tolerance if not given.  See `places_of_fields`.
 
     Raises
     ------
     InputError
         If contacts of uncertain place or width are on a strip in three dimensions.
     """
+    return _uncertainty(BuiltInfluence(model, _samples(model), residual), {})
+
+
+def places_of_fields(model: SensorModel) -> tuple[Array, int]:
+    """Where samples of random fields lie along a strip, shape (s,) [m], and the number of nodes."""
+    x = _samples(model)
+    return x[:: SPLINE_SAMPLES // FIELD_SAMPLES], (len(x) - 1) // SPLINE_SAMPLES + 3
+
+
+def _samples(model: SensorModel) -> Array:
+    """Places of the samples between the nodes, shape (s,) [m]."""
     pixel, positions = model.pixel_positions, _nodes(model)[2]
-    x = pixel[0] + positions * (pixel[-1] - pixel[0]) / max(len(pixel) - 1, 1)
-    return _uncertainty(BuiltInfluence(model, x), {})
+    return np.asarray(pixel[0] + positions * (pixel[-1] - pixel[0]) / max(len(pixel) - 1, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,10 +241,13 @@ class BuiltInfluence:
         As drawn or calibrated.
     x : ndarray, shape (s,)
         Places along the strip where the drawing's camera looks [m].
+    residual : ndarray, shape (k, m), or None
+        As of `uncertainty`.
     """
 
     model: SensorModel
     x: Array
+    residual: Array | None = None
     _solved: dict[tuple[str, float], SensorModel] = field(default_factory=dict)
 
     def built(self, values: Mapping[str, float]) -> SensorModel:
@@ -307,14 +323,14 @@ def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncerta
     moving = moving.reshape(-1, sensor.tactels.count)[: len(turning) if lines.moving else 0]
     origin = np.array([centre.get(mode.name, 0.0) for mode in turning])[: len(moving)]
     light, camera = sensor.polariscope, sensor.camera
-    fixed, residual = np.full(nodes, light.residual), std.get(RESIDUAL, 0.0)
+    fixed = np.full(nodes, light.residual)
     if imaging is not None and imaging.residual is not None:
         fixed = at_nodes(model, imaging.residual)
-    fields = (
-        residual * random_field(x, light.residual_length, nodes)
-        if residual
-        else np.empty((0, nodes))
-    )
+    fields, residual = np.empty((0, nodes)), std.get(RESIDUAL, 0.0)
+    if matrix.residual is not None:
+        fields = matrix.residual
+    elif residual:
+        fields = residual * random_field(x, light.residual_length, nodes)
     error = sensor.transducer.influence_error
     shape = np.empty((0, 0))
     shapes = 0

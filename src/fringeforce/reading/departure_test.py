@@ -160,7 +160,8 @@ class StripDepartureTest:
         made = sensor.model_copy(
             update={"tolerances": Tolerances(wide), "camera": camera, "transducer": block}
         )
-        found = uncertainty(replace(self.model, sensor=made)).about(self.uncertain.centre)
+        residual, centre = self.uncertain.matrix.residual, self.uncertain.centre
+        found = uncertainty(replace(self.model, sensor=made), residual).about(centre)
         drawn = self.uncertain.frame
         # what is tested is none, where powers beyond the first change nothing
         powers = np.ascontiguousarray(found.frame.influence[:, : drawn.influence.shape[1]])
