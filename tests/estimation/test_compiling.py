@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 CALLEE = """
@@ -85,11 +86,11 @@ if __name__ == "__main__":
 """
 
 
-def run(folder: Path) -> tuple[list, list[int]]:
-    """What the caller finds in a process of its own, and how many functions come from the cache."""
+def printed(folder: Path, program: str = "caller.py") -> str:
+    """What a program prints in a process of its own."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
     done = subprocess.run(
-        [sys.executable, "caller.py"],
+        [sys.executable, program],
         cwd=folder,
         env=environment,
         capture_output=True,
@@ -97,8 +98,33 @@ def run(folder: Path) -> tuple[list, list[int]]:
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    found, hits = json.loads(done.stdout)
+    return done.stdout
+
+
+def run(folder: Path) -> tuple[list, list[int]]:
+    """What the caller finds in a process of its own, and how many functions come from the cache."""
+    found, hits = json.loads(printed(folder))
     return found, hits
+
+
+LATER = """
+import numpy as np
+
+from callee import Inner, Outer
+from caller import between
+from fringeforce.estimation.compiling import entry
+
+
+@entry
+def later(outer, line):
+    return between(outer, line)
+
+
+if __name__ == "__main__":
+    outer = Outer(0.25, Inner(True, np.arange(1.0, 5.0)), 3)
+    line = np.array([2.0, 0.5, -1.0, 4.0])
+    print(later(outer, line), sum(later.stats.cache_hits.values()))
+"""
 
 
 @pytest.fixture
@@ -125,6 +151,17 @@ def test_callers_get_what_numpy_gets_compiled_and_from_the_cache(folder: Path):
     found, hits = run(folder)
     check(found)
     assert all(hits), "nothing came from the cache, so that loading it was not tried"
+
+
+def test_a_caller_of_what_came_from_the_cache_can_come_from_it_as_well(folder: Path):
+    """What it calls was compiled by another process, and jumps to what this one never called."""
+    run(folder)
+    (folder / "later.py").write_text(LATER)
+    first, again = (printed(folder, "later.py").split() for _ in range(2))
+    row, line = np.arange(1.0, 5.0), np.array([2.0, 0.5, -1.0, 4.0])
+    assert float(first[0]) == float(again[0]) == pytest.approx(0.25 * row[:3] @ line[:3] + 3.0)
+    assert first[1] == "0"
+    assert again[1] == "1"
 
 
 def test_a_caller_from_the_cache_jumps_to_what_its_callee_has_become(folder: Path):

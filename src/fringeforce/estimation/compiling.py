@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import llvmlite.binding as llvm
 from numba import config, njit, types
 from numba.core import cgutils
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.imputils import impl_ret_borrowed, impl_ret_new_ref
 from numba.core.typing import signature
 from numba.core.typing.templates import AttributeTemplate
@@ -28,22 +29,53 @@ from numba.extending import (
     register_model,
 )
 
+
+class _Results(CompileResultCacheImpl):
+    """What a cache keeps of a function.
+
+    Numba forgets, of one that was loaded, what must be at its symbol before it runs; a caller that
+    takes it in and is kept itself would then jump to nothing in the next process.
+    """
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """The function, from what was kept."""
+        found = super().rebuild(target_context, payload)
+        found.library._reload_init.update(found.reload_init or ())
+        return found
+
+
+class _Cache(FunctionCache):
+    _impl_class = _Results
+
+
+def _compiler(**how: Any) -> Callable[[Callable[..., Any]], Any]:
+    """A decorator that compiles a function, and keeps it for other processes."""
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        found = njit(error_model="numpy", **how)(function)
+        if not config.DISABLE_JIT:  # pyrefly: ignore[missing-attribute]
+            found._cache = _Cache(found.py_func)
+        return found
+
+    return compiled
+
+
 _DOORLESS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 _DOOR: dict[str, Any] = {"nogil": True, "no_cfunc_wrapper": True}
 
-entry = njit(cache=True, error_model="numpy", **_DOOR)
+entry = _compiler(**_DOOR)
 """Compiles what Python calls."""
-inner = njit(cache=True, error_model="numpy", **_DOORLESS)
+inner = _compiler(**_DOORLESS)
 """Compiles what only compiled functions call: it has no door, and Python that calls it crashes."""
 part = njit(error_model="numpy", inline="always")
 """Makes what is tiny, or called from one place only, a part of its callers."""
 
 _REORDERED: Any = {"reassoc", "contract", "arcp", "nsz"}
 """Freedom to reorder sums, so that they run in vector units; not-a-number keeps its meaning."""
-sums_entry = njit(cache=True, error_model="numpy", fastmath=_REORDERED, **_DOOR)
+sums_entry = _compiler(fastmath=_REORDERED, **_DOOR)
 """Compiles what Python calls and what consists of sums."""
-sums = njit(cache=True, error_model="numpy", fastmath=_REORDERED, **_DOORLESS)
+sums = _compiler(fastmath=_REORDERED, **_DOORLESS)
 """Compiles what only such functions call."""
 
 
