@@ -26,7 +26,7 @@ from fringeforce.reading.strip_reader import StripFrameReader
 
 pytestmark = pytest.mark.slow
 
-N, BUDGET, RUNS = 11, 8, 5
+N, BUDGET, RUNS, PAIRS = 11, 8, 5, 3
 TWO = PARAMETERS[:2]
 POISSON = "transducer.photoelastic.poissons_ratio"
 LIGHT = np.full(256, 200.0), np.full(256, 20.0)
@@ -280,20 +280,28 @@ def test_derivatives_by_the_cover_of_a_skin_are_those_of_differences() -> None:
 
 
 def test_a_calibration_is_the_prior_of_the_next(small, small_model) -> None:
+    """Calibrations of all frames err as was predicted after the first ones."""
     more = typical_loads(small_model, ff.Limits(force=1.0), 10)
     before, after = more[:6], more[6:]
-    bench, rng = shaken(small), np.random.default_rng(3)
-    frames = bench.expose(scattered(more, rng), rng=rng)
-    model = ff.calibrate(small, frames[:6], listed(small, before), TWO, aside=0)
-    both = ff.calibrate(small, frames, listed(small, more), TWO, aside=0)
-    predicted = ff.assess_presses(model, after)
-    assert model.calibration is not None
-    assert both.calibration is not None
-    np.testing.assert_allclose(predicted.std[0], model.calibration.std, rtol=1e-6)
-    # what is uncertain of a design is the logarithm of its values
-    grown = both.calibration.values / model.calibration.values
-    grown[len(TWO) :] = 1.0
-    np.testing.assert_allclose(predicted.std[-1] * grown, both.calibration.std, rtol=0.05)
+    bench, rng, total = shaken(small), np.random.default_rng(3), 0.0
+    clear = small.transducer.photoelastic
+    truth = np.array([clear.strain_optic_coefficient, small.transducer.compliant.youngs_modulus])
+    for _ in range(PAIRS):
+        frames = bench.expose(scattered(more, rng), rng=rng)
+        model = ff.calibrate(small, frames[:6], listed(small, before), TWO, aside=0)
+        both = ff.calibrate(small, frames, listed(small, more), TWO, aside=0)
+        predicted = ff.assess_presses(model, after)
+        assert model.calibration is not None
+        assert both.calibration is not None
+        np.testing.assert_allclose(predicted.std[0], model.calibration.std, rtol=1e-6)
+        assert (predicted.std[-1] < predicted.std[0]).all()
+        # what is uncertain of a design is the logarithm of its values
+        grown = both.calibration.values / model.calibration.values
+        grown[len(TWO) :] = 1.0
+        error = (both.calibration.values - [*truth, 0.0, 1.0]) / grown
+        total += error @ np.linalg.solve(predicted.covariance[-1], error)
+    low, high = chi_square.ppf([1e-4, 1 - 1e-4], PAIRS * len(error))
+    assert low < total < high
 
 
 def test_modes_move_values_as_they_move_the_matrix(moved) -> None:
