@@ -283,7 +283,7 @@ def test_a_calibration_is_the_prior_of_the_next(small, small_model) -> None:
     """Calibrations of all frames err as was predicted after the first ones."""
     more = typical_loads(small_model, ff.Limits(force=1.0), 10)
     before, after = more[:6], more[6:]
-    bench, rng, total = shaken(small), np.random.default_rng(3), 0.0
+    bench, rng, squares = shaken(small), np.random.default_rng(3), []
     clear = small.transducer.photoelastic
     truth = np.array([clear.strain_optic_coefficient, small.transducer.compliant.youngs_modulus])
     for _ in range(PAIRS):
@@ -299,9 +299,9 @@ def test_a_calibration_is_the_prior_of_the_next(small, small_model) -> None:
         grown = both.calibration.values / model.calibration.values
         grown[len(TWO) :] = 1.0
         error = (both.calibration.values - [*truth, 0.0, 1.0]) / grown
-        total += error @ np.linalg.solve(predicted.covariance[-1], error)
-    low, high = chi_square.ppf([1e-4, 1 - 1e-4], PAIRS * len(error))
-    assert low < total < high
+        squares.append(error @ np.linalg.solve(predicted.covariance[-1], error))
+    low, high = chi_square.ppf([1e-4, 1 - 1e-4], PAIRS * (len(truth) + 2))
+    assert low < sum(squares) < high
 
 
 def test_modes_move_values_as_they_move_the_matrix(moved) -> None:
