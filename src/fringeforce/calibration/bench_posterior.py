@@ -16,14 +16,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import LinAlgError, cholesky
 
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.calibration.bench import LAMP, Bench
 from fringeforce.calibration.frame_models import FrameModels
 from fringeforce.calibration.shared_unknowns import Expected, State
 from fringeforce.estimation.frame_climb import climb
+from fringeforce.estimation.frame_information import information as pixel_information
 from fringeforce.estimation.frame_loss import Prior, loss_at
 from fringeforce.estimation.linearised_frame import (
     banded,
@@ -42,6 +45,31 @@ FULL_SCALE = 0.05
 """Share of the largest force whose error every force has: load cells err by a full scale too."""
 EXACT = 1e-6
 """Standard deviation of what is stated as exact, in its unit."""
+LEAST = 0.5
+"""Share of what is expected of shared unknowns that must be left with the frames, which cannot tell
+less than nothing: where sums at the nodes take more of it away, they are not near enough."""
+
+
+class SecondOrder(NamedTuple):
+    """The posterior of a bench to second order about some values of all unknowns.
+
+    Attributes
+    ----------
+    terms : list of FrameTerms, length F
+        Of the frames.
+    told : list of Eliminated, length F
+        The same with the own unknowns of each eliminated.
+    gradient, information : ndarray, shapes (S,) and (S, S)
+        Of the shared unknowns, the prior included; the information is positive.
+    exact : bool
+        As of `BenchPosterior`.
+    """
+
+    terms: list[FrameTerms]
+    told: list[Eliminated]
+    gradient: Array
+    information: Array
+    exact: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +86,15 @@ class BenchPosterior:
         What every frame counts.
     heat : float
         Factor on the variance of the noise.
+    exact : bool
+        Whether what a frame of a strip tells is summed over its pixels, and not at the nodes.
     """
 
     bench: Bench
     expected: Expected
     shares: Array
     heat: float = 1.0
+    exact: bool = False
 
     def start(self, shared: Array) -> State:
         """Contacts as written down."""
@@ -270,9 +301,6 @@ class BenchPosterior:
         model, unknowns = models.of_frame(f), models.unknowns(f, own, shared)
         prior = self._prior(f, shared)
         about = linearise(model, prior, self.bench.frames[f], unknowns)
-        spread = spread_profiles(model, unknowns, waves)
-        weighed = banded(about, spread)
-        cross = shared_information(model, about, spread, weighed)
         mine, others = models.split(f)
         which = models.involved(f)
         size, first = len(which), len(waves)
@@ -280,22 +308,51 @@ class BenchPosterior:
         moves, precision = self.bench.moves[f], self.precision(f)
         pulled = -moves.T @ (precision * (own - self.mean(f, shared)))
         gradient = np.concatenate([waves @ pulled_phase(about), about.gradient[others], pulled])
-        whole = np.zeros((size, size))
-        whole[:first, :first] = spread @ weighed.T
-        whole[:first, first:last] = cross[others].T
-        whole[first:last, :first] = cross[others]
-        whole[first:last, first:last] = about.hessian[np.ix_(others, others)]
+        whole, mixed = np.zeros((size, size)), np.empty((len(own), size))
         whole[last:, last:] = moves.T @ (precision[:, None] * moves)
-        mixed = np.empty((len(own), size))
-        mixed[:, :first] = cross[mine]
-        mixed[:, first:last] = about.hessian[np.ix_(mine, others)]
         mixed[:, last:] = -precision[:, None] * moves
-        hessian = about.hessian[np.ix_(mine, mine)]
+        if self.exact:
+            told = pixel_information(model, self.bench.frames[f], unknowns, waves)
+            there = np.append(np.arange(model.at.size, len(told)), others)
+            whole[:last, :last] = told[np.ix_(there, there)]
+            mixed[:, :last] = told[np.ix_(mine, there)]
+            hessian = told[np.ix_(mine, mine)] + np.diag(precision)
+        else:
+            spread = spread_profiles(model, unknowns, waves)
+            weighed = banded(about, spread)
+            cross = shared_information(model, about, spread, weighed)
+            whole[:first, :first] = spread @ weighed.T
+            whole[:first, first:last] = cross[others].T
+            whole[first:last, :first] = cross[others]
+            whole[first:last, first:last] = about.hessian[np.ix_(others, others)]
+            mixed[:, :first] = cross[mine]
+            mixed[:, first:last] = about.hessian[np.ix_(mine, others)]
+            hessian = about.hessian[np.ix_(mine, mine)]
         return FrameTerms(hessian, mixed, whole, about.gradient[mine], gradient, which)
 
     def eliminated(self, state: State, models: FrameModels) -> list[Eliminated]:
         """All frames with their own unknowns eliminated."""
         return [Eliminated.of(terms) for terms in self.terms(state, models)]
+
+    def second_order(self, state: State, models: FrameModels) -> SecondOrder:
+        """The posterior to second order, with an information that is positive.
+
+        Sums at the nodes are near those over all pixels, but what is left of them for unknowns that
+        frames hardly tell from their own can be less than nothing.  Pixels are then summed one by
+        one: these are squares, so that frames add to what is expected before them.
+        """
+        try:
+            return self._second_order(state, models)
+        except LinAlgError:
+            return replace(self, exact=True)._second_order(state, models)
+
+    def _second_order(self, state: State, models: FrameModels) -> SecondOrder:
+        terms = list(self.terms(state, models))
+        told = [Eliminated.of(one) for one in terms]
+        gradient, information = self.normal(state, told)
+        # fails unless this is positive
+        cholesky(information - LEAST * self.expected.information, check_finite=False)
+        return SecondOrder(terms, told, gradient, information, self.exact)
 
     def normal(self, state: State, told: list[Eliminated]) -> tuple[Array, Array]:
         """Gradient and information of the shared unknowns, the prior included."""

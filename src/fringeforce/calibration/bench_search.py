@@ -365,10 +365,9 @@ class BenchSearch(ABC):
 
         def expand(state: State) -> Expansion[State]:
             models = posterior.models(state.shared)
-            self.told = posterior.eliminated(state, models)
-            told = self.told
-            gradient, self.information = posterior.normal(state, told)
-            information = self.information
+            about = posterior.second_order(state, models)
+            told, gradient, information = about.told, about.gradient, about.information
+            self.told, self.information = told, information
 
             def ahead(step: Array) -> tuple[State, float]:
                 step = self.allowed(state.shared, step)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -209,8 +209,9 @@ def _result(search: BenchSearch) -> BenchFit:
     """The fit that a search has come to."""
     posterior = search.posterior(search.kept.astype(float), 1.0)
     models = posterior.models(search.state.shared)
-    told = posterior.eliminated(search.state, models)
-    _, information = posterior.normal(search.state, told)
+    about = posterior.second_order(search.state, models)
+    posterior = replace(posterior, exact=about.exact)
+    told, information = about.told, about.information
     _, squares, counts = posterior.loss(search.state, models)
     covariance = inverse(information)
     scatter = search.scatter(told, covariance) | search.smooth(covariance)
