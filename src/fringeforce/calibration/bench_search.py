@@ -23,10 +23,11 @@ from fringeforce.calibration.checks import misfitting_pixels
 from fringeforce.calibration.light.pattern import Pattern
 from fringeforce.calibration.shared_unknowns import Expected, State
 from fringeforce.calibration.timed_loads import TimedLoads
+from fringeforce.calibration.variance_components import Expanded, Scattering
 from fringeforce.estimation.bad_pixels import stuck_pixels
 from fringeforce.estimation.levenberg_marquardt import Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.residual_test import FALSE_ALARM, square_limit
-from fringeforce.estimation.shared_fit import Eliminated
+from fringeforce.estimation.shared_fit import Eliminated, FrameTerms
 
 STAGES = (3.0, 10.0, np.inf)
 """Largest phase of the frames that enter, stage by stage: few fringes bear a rough model [rad]."""
@@ -49,8 +50,6 @@ DELAY = 1e-3
 """Unit of a delay, over which loads are differentiated [s]."""
 NEAR_DESIGN = 1e-3
 """Change of the logarithm of a value that expansions bear, however well it is known."""
-CHANGED = 0.1
-"""Relative change of a size below which it is found."""
 FEWEST_ASIDE, REFITS = 4, 3
 """Frames to put aside at least, for fewer tell nothing of a share, and rounds with them."""
 STILL = 1e-3
@@ -138,15 +137,17 @@ class BenchSearch(ABC):
         self.checked = Check(0, 0, 0, 0)
         self.aside: list[tuple[float, ...]] = []
         self.sizes = dict.fromkeys((*GROUPS, *FIELDS), 1.0) | ERRORS
-        self.changes = dict.fromkeys(self.sizes, 0.0)
         self.scattered = dict[str, Array]()
+        self.resized = True  # whether other sizes are more probable than those before
         self.smoothing = True  # whether the last round found another smoothness of the residual
         self.lost = dict.fromkeys(self.sizes, False)
         self.load(loads if isinstance(loads, BenchLoads) else loads.at(self.delay))
         self.bench = self.first_bench()
         shared = np.zeros(self.bench.at.size)
         self.state = self.posterior(np.ones(len(self.levels)), 1.0).start(shared)
+        self.terms: list[FrameTerms] = []  # where the last descent expanded all frames
         self.told: list[Eliminated] = []
+        self.about, self.shares = self.state, np.ones(len(self.levels))
         self.information = np.eye(len(shared))
 
     @abstractmethod
@@ -190,7 +191,11 @@ class BenchSearch(ABC):
 
     @abstractmethod
     def relinearised(self) -> bool:
-        """Expand about what was found, if that is not near enough; whether it was not."""
+        """Expand about what was found, if that is far; whether anything but expansions changed."""
+
+    @abstractmethod
+    def far(self) -> bool:
+        """Whether what was found is too far from where models are expanded."""
 
     @abstractmethod
     def mask(self) -> None:
@@ -362,12 +367,16 @@ class BenchSearch(ABC):
         on = posterior.shares > 0
         counted, idle = np.flatnonzero(on).tolist(), np.flatnonzero(~on).tolist()
         last: list[tuple[State, float]] = []  # where a step ended, and its loss
+        expanded: list[float] = []  # losses where frames were expanded
 
         def expand(state: State) -> Expansion[State]:
             models = posterior.models(state.shared)
+            self.about = state
             about = posterior.second_order(state, models)
-            told, gradient, information = about.told, about.gradient, about.information
-            self.told, self.information = told, information
+            self.terms, self.shares = about.terms, posterior.shares
+            self.information, gradient = about.information, about.gradient
+            told, information = about.told, about.information
+            self.told = told
 
             def ahead(step: Array) -> tuple[State, float]:
                 step = self.allowed(state.shared, step)
@@ -383,12 +392,16 @@ class BenchSearch(ABC):
 
             known = last and last[0][0] is state
             loss = last[0][1] if known else posterior.loss(state, models)[0]
+            expanded.append(loss)
             return Expansion(loss, gradient, lambda: Curvature(information), ahead)
 
         found = minimise(self.state, expand, self.steps, Stop(close=CLOSE, near=NEAR))
         last_step = self.allowed(found.place.shared, found.step)
         moved = posterior.within(found.place.moved(last_step, self.told))
         models = posterior.models(moved.shared)
+        # a step too short to evaluate is one of unknowns that act nonlinearly, if it loses
+        if found.gain and posterior.loss(moved, models)[0] > expanded[-1]:
+            moved, models = found.place, posterior.models(found.place.shared)
         if self.settling:
             moved = posterior.settled(moved, models, self.steps, idle)
             return posterior.settled(moved, models, self.settling, counted)
@@ -404,36 +417,85 @@ class BenchSearch(ABC):
 
     def improve(self) -> bool:
         """One round of the last stage; whether nothing changed any more."""
-        kept, sizes, sound = self.kept.copy(), dict(self.sizes), self.sound.copy()
+        kept, sound = self.kept.copy(), self.sound.copy()
         moved = self.relinearised()
         self.descend(self.kept, 1.0)
         self._resize()
         moved |= self.repattern()
         self._leave_out()
         same = np.array_equal(kept, self.kept) and np.array_equal(sound, self.sound)
-        still = all(
-            self.lost[name] or abs(np.log(self.sizes[name] / sizes[name])) < CHANGED
-            for name in sizes
-        )
-        settled = same and still and not moved
+        settled = same and not (moved or self.resized or self.far())
         if settled or self.smoothing:
             self.smoothing = self.relength()
         return settled and not self.smoothing
 
     def _resize(self) -> None:
-        """The sizes under which the frames are most probable, of what nobody states."""
-        covariance = inverse(self.information)
-        scatter = self.scatter(self.told, covariance) | self.smooth(covariance)
-        for name, (square, freedom, count) in scatter.items():
-            self._scale(name, square, freedom, count)
+        """The sizes under which the frames are most probable, of what nobody states.
+
+        All unknowns follow them to first order.
+        """
+        self.scatter(self.told, inverse(self.information))
+        about, names = self._expanded(), tuple(self.sizes)
+        sizes = np.array([self.sizes[name] for name in names])
+        low, high = np.minimum(np.log(STILL / sizes), 0.0), np.log(LARGEST / sizes)
+        before = about.sized(np.zeros(len(names)))
+        found = about.likeliest(before, low, np.maximum(high, 0.0))
+        told = found.sums.free[:-1] > LOST * found.sums.members[:-1]
+        self.sizes = dict(zip(names, (sizes * np.exp(found.steps)).tolist(), strict=True))
+        self.lost = dict(zip(names, (~told).tolist(), strict=True))
+        self.resized = before.loss - found.loss > CLOSE
+        self.state = self._likelier(
+            self.about.by(found.shared, found.own),
+            self.state.by(
+                found.shared - before.shared,
+                [after - first for after, first in zip(found.own, before.own, strict=True)],
+            ),
+        )
+
+    def _likelier(self, *states: State) -> State:
+        """The most probable of some states, with what scatters as found."""
+        posterior = self.posterior(self.shares, 1.0)
+        within = [posterior.within(state) for state in states]
+        losses = [posterior.loss(one, posterior.models(one.shared))[0] for one in within]
+        return within[int(np.argmin(losses))]
+
+    def _expanded(self) -> Expanded:
+        """All frames to second order about where the last descent expanded them."""
+        posterior, expected = self.posterior(self.shares, 1.0), self.expected()
+        names, shared, scattering = list(self.sizes), self.about.shared, list[Scattering]()
+        for f, own in enumerate(self.about.own):
+            group = np.full(len(own), -1)
+            for name in GROUPS:
+                group[self._unstated(posterior, name, f)] = names.index(name)
+            off = own - posterior.mean(f, shared)
+            scattering.append(Scattering(off, posterior.precision(f), group))
+        group = np.full(len(shared), -1)
+        for name, fields in self.fields().items():
+            group[fields] = names.index(name)
+        return Expanded(
+            self.terms,
+            scattering,
+            self.bench.moves,
+            self.shares,
+            Scattering(shared, expected.precision, group),
+            expected.information,
+            expected.slope(shared),
+            len(names),
+        )
+
+    def fields(self) -> dict[str, slice]:
+        """Shared unknowns that vary smoothly by a size of their own, which the frames tell."""
+        at = self.bench.at
+        return {
+            name: slice(at.own(name).start + self.channels * first, at.own(name).stop)
+            for name, first in SMOOTH.items()
+            if name in at._fields
+        }
 
     def smooth(self, covariance: Array) -> dict[str, tuple[float, float, float]]:
-        """The same as `_scatter` of what is smooth along the strip."""
-        precision, at, found = self.expected().precision, self.bench.at, {}
-        for name, first in SMOOTH.items():
-            if name not in at._fields:
-                continue
-            own = slice(at.own(name).start + self.channels * first, at.own(name).stop)
+        """The same as `scatter` of what is smooth along the strip."""
+        precision, found = self.expected().precision, {}
+        for name, own in self.fields().items():
             square = float(precision[own] @ np.square(self.state.shared[own]))
             freedom = float((1 - precision[own] * np.diag(covariance)[own]).sum())
             found[name] = (square, freedom, float(own.stop - own.start))
@@ -455,30 +517,24 @@ class BenchSearch(ABC):
         posterior = self.posterior(self.kept.astype(float), 1.0)
         found = {name: np.zeros((len(told), 5)) for name in GROUPS}
         for f, one in enumerate(told):
-            precision, variances = posterior.precision(f), one.variances(covariance)
+            moves, response = self.bench.moves[f], one.response.copy()
+            response[:, response.shape[1] - moves.shape[1] :] -= moves  # off what is expected
+            variances = replace(one, response=response).variances(covariance)
+            precision = posterior.precision(f)
             squares = precision * np.square(
                 self.state.own[f] - posterior.mean(f, self.state.shared)
             )
             free = 1 - precision * variances
             for name, rows in found.items():
-                own = posterior.group(name, f)
-                unstated = own[posterior.free(name, f)]
-                if self.drawn.get(name) in self.stated:
-                    unstated = own[:0]
+                own, unstated = posterior.group(name, f), self._unstated(posterior, name, f)
                 rows[f, :3] = squares[unstated].sum(), free[unstated].sum(), len(unstated)
                 rows[f, 3:] = squares[own].sum(), free[own].sum()
         return found
 
-    def _scale(self, name: str, square: float, freedom: float, count: float) -> None:
-        """Give one size its likeliest value, unless nothing tells of it."""
-        self.lost[name] = freedom <= LOST * count
-        if freedom > 1e-6:
-            change = float(np.log(max(square, 1e-12) / freedom)) / 2
-            # what is as good as none shrinks by much the same share in every round: twice as fast
-            steady = -1 < min(change, self.changes[name]) < max(change, self.changes[name]) < 0
-            self.changes[name] = change
-            size = self.sizes[name] * float(np.exp((1 + steady) * change))
-            self.sizes[name] = min(size, LARGEST)
+    def _unstated(self, posterior: BenchPosterior, name: str, f: int) -> Index:
+        """Own unknowns of a frame in one of GROUPS whose deviation nobody states."""
+        own = posterior.group(name, f)
+        return own[:0] if self.drawn.get(name) in self.stated else own[posterior.free(name, f)]
 
     def _leave_out(self) -> None:
         """Leave out frames and pixels that contradict the others."""

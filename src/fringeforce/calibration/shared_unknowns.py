@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,11 +20,12 @@ class State:
 
     def moved(self, step: Array, told: list[Eliminated]) -> State:
         """A step (S,) of the shared unknowns away, which the others follow."""
-        own = [
-            value + one.step + one.response @ step[one.which]
-            for value, one in zip(self.own, told, strict=True)
-        ]
-        return State(self.shared + step, own)
+        return self.by(step, [one.step + one.response @ step[one.which] for one in told])
+
+    def by(self, shared: Array, own: Sequence[Array]) -> State:
+        """Steps (S,) of the shared unknowns and those of every frame away."""
+        moved = [value + step for value, step in zip(self.own, own, strict=True)]
+        return State(self.shared + shared, moved)
 
 
 @dataclass(frozen=True, eq=False)

@@ -183,7 +183,7 @@ class StripDriftSearch(StripSearch):
         mean[own], together[own, own] = self.prior
         return ExpectedTogether(plain.precision, plain.sizes, mean=mean, together=together)
 
-    def smooth(self, covariance: Array) -> dict[str, tuple[float, float, float]]:
+    def fields(self) -> dict[str, slice]:
         """Nothing: how large fields are, the calibration and the drift say."""
         return {}
 

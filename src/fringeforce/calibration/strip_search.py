@@ -243,7 +243,10 @@ class StripSearch(BenchSearch):
 
     def relinearised(self) -> bool:
         """Take the loads at the delay, and expand about the design, that were found."""
-        return self.delayed() | self._recentred() | self._strained()
+        delayed = self.delayed()
+        if self.far():
+            self._recentre()
+        return delayed | self._strained()
 
     def begin(self) -> None:
         """The shift of the camera under which calm frames fit best."""
@@ -276,21 +279,23 @@ class StripSearch(BenchSearch):
         shared[kept], information[np.ix_(kept, kept)] = self.state.shared, self.information
         self.state, self.information = replace(self.state, shared=shared), information
 
-    def _recentred(self) -> bool:
-        """Solve the mechanics about the design that was found, if that is not near enough."""
+    def far(self) -> bool:
+        """Whether the design that was found is far from that about which mechanics are solved."""
         at = self.bench.at
         own = at.own("design")
         design = self.state.shared[own]
         off = design - self.centre
         # in deviations of all values together: what frames do not tell apart has wide ones alone
         squared = off @ np.linalg.solve(inverse(self.information)[own, own], off)
-        if squared <= SETTLED**2 or (np.abs(off) <= NEAR_DESIGN).all():
-            return False
-        self.centre = design.copy()
+        return bool(squared > SETTLED**2 and (np.abs(off) > NEAR_DESIGN).any())
+
+    def _recentre(self) -> None:
+        """Solve the mechanics about the design that was found."""
+        self.centre = self.state.shared[self.bench.at.own("design")].copy()
         contacts = contact_phases(
             self.sensor,
             self.mechanical,
-            design,
+            self.centre,
             self.places,
             self.size,
             ENTRY_STEP[1],
@@ -299,7 +304,6 @@ class StripSearch(BenchSearch):
         )
         template = self.bench.template._replace(mixing=contacts.mixing)
         self.bench = replace(self.bench, contacts=contacts, template=template)
-        return True
 
     def _strained(self) -> bool:
         """Solve frames under large strain at the contacts that were found; whether any moved."""

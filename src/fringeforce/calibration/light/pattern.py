@@ -8,7 +8,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.calibration.frame_models import FrameModels
-from fringeforce.calibration.light.fixed_pattern_noise import FixedPatternNoise
+from fringeforce.calibration.light.fixed_pattern_noise import NONE, FixedPatternNoise
 from fringeforce.calibration.shared_unknowns import State
 from fringeforce.estimation.frame_exposure import expose
 
@@ -16,6 +16,9 @@ FIRST = 0.02, 0.01
 """Deviations of amplitude and offset from pixel to pixel at first, over the amplitude."""
 BRIGHTER = 1e-3
 """Relative step of the amplitude of all pixels, by which levels are differentiated."""
+REPEATS, SAME = 50, 0.01
+"""How often sizes of the pattern are found for what frames tell at most, and the relative change of
+one below which it is found."""
 SOUND = 10.0
 """Residual beyond which a level says nothing of its pixel, in deviations of one frame's noise: a
 pattern of several is not a defect."""
@@ -84,14 +87,26 @@ class Pattern:
             counts = used & (np.abs(left) < SOUND * np.sqrt(models.bench.averaged[f]))
             gradient += slopes * left * counts
             pixels += slopes[:, None] * slopes * counts
-        noise = FixedPatternNoise.unseen(len(used), self.sizes, self.dark, self.variance)
+        before = self.sizes
+        for _ in range(REPEATS):  # what frames tell of pixels need not be found again
+            noise, sizes = self._sized(before, gradient, pixels, used)
+            if np.abs(np.log(np.divide(sizes, before))).max() < SAME:
+                break
+            before = sizes
+        return replace(self, noise=noise, sizes=sizes, pixels=pixels)
+
+    def _sized(
+        self, sizes: tuple[float, float], gradient: Array, pixels: Array, used: Mask
+    ) -> tuple[FixedPatternNoise, tuple[float, float]]:
+        """The likeliest pattern of some sizes, and sizes that are likelier."""
+        noise = FixedPatternNoise.unseen(len(used), sizes, self.dark, self.variance)
         noise = replace(noise, levels=self.noise.levels).improved(gradient, pixels)
         spread = np.diagonal(np.linalg.inv(noise.information(pixels)), axis1=1, axis2=2).T
-        sizes = [
+        found = [
             np.sqrt(np.square(own[used]).sum() / max((1 - var[used] / size**2).sum(), 1e-9))
-            for own, var, size in zip(noise.levels, spread, self.sizes, strict=True)
+            for own, var, size in zip(noise.levels, spread, sizes, strict=True)
         ]
-        return replace(self, noise=noise, sizes=(float(sizes[0]), float(sizes[1])), pixels=pixels)
+        return noise, (max(float(found[0]), NONE), max(float(found[1]), NONE))
 
     def moved(self, other: Pattern) -> float:
         """Root-mean-square change from another one, in its own deviations."""

@@ -65,7 +65,7 @@ class DriftSearch(PadSearch):
         mean[own], together[own, own] = self.prior
         return ExpectedTogether(plain.precision, plain.sizes, mean=mean, together=together)
 
-    def smooth(self, covariance: Array) -> dict[str, tuple[float, float, float]]:
+    def fields(self) -> dict[str, slice]:
         """Nothing: how rough the residual is, the calibration and the drift say."""
         return {}
 

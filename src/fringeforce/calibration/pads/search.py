@@ -165,6 +165,10 @@ class PadSearch(BenchSearch):
             scatter[name] = DOUBT[name] * sizes[name]
         return Expected(1 / np.square(deviations), scatter)
 
+    def fields(self) -> dict[str, slice]:
+        """Modes of the residual and of how uneven the light is, all of one size each."""
+        return {name: self.bench.at.own(name) for name in ("residual", "bright")}
+
     def posterior(self, shares: Array, heat: float) -> PadPosterior:
         """The posterior with what scatters as found so far; parameters as of `BenchPosterior`."""
         return PadPosterior(self.bench, self.expected(), shares, heat)
@@ -202,7 +206,20 @@ class PadSearch(BenchSearch):
 
     def relinearised(self) -> bool:
         """Take the loads at the delay that was found, and expand about layers and contacts."""
-        return self.delayed() | self._expanded_anew()
+        delayed = self.delayed()
+        if self.far():
+            shared = self.state.shared[self.bench.at.pad]
+            self._expand(self.state, np.where(self._layers, shared, 0.0))
+        return delayed
+
+    @property
+    def _layers(self) -> Mask:
+        """Which unknowns of the pad are values of layers."""
+        layers = np.zeros(self.bench.centre.size, bool)
+        for group in self.known.groups:
+            if is_layer(group.path):
+                layers[group.begin] = True
+        return layers
 
     def reload(self, alike: Mask) -> None:
         """Take other loads, as written down, but for frames with contacts like those before."""
@@ -225,14 +242,10 @@ class PadSearch(BenchSearch):
         ]
         self._expand(replace(fresh, own=own), bench.centre)
 
-    def _expanded_anew(self) -> bool:
-        """Expand about the layers and contacts that were found, if these are other ones."""
+    def far(self) -> bool:
+        """Whether layers or contacts that were found are other ones than those expanded about."""
         bench, shared = self.bench, self.state.shared[self.bench.at.pad]
-        layers = np.zeros(len(shared), bool)
-        for group in self.known.groups:
-            if is_layer(group.path):
-                layers[group.begin] = True
-        off = shared - bench.centre
+        off, layers = shared - bench.centre, self._layers
         squared = 0.0
         if layers.any():
             own = np.flatnonzero(layers)
@@ -245,11 +258,8 @@ class PadSearch(BenchSearch):
             for name in ("place", "width", "exponent")
             if self.kept[f]
         ]
-        still = (np.abs(off[layers]) <= NEAR_DESIGN).all()
-        if (squared <= SETTLED**2 or still) and max(moved, default=0.0) <= SETTLED:
-            return False
-        self._expand(self.state, np.where(layers, shared, 0.0))
-        return True
+        moved_layers = squared > SETTLED**2 and (np.abs(off[layers]) > NEAR_DESIGN).any()
+        return bool(moved_layers or max(moved, default=0.0) > SETTLED)
 
     def _expand(self, state: State, centre: Array) -> None:
         """Expand all contacts where they are in a state, about some layers."""
