@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 import fringeforce as ff
 from fringeforce.base.errors import DesignError, FringeforceError
@@ -14,6 +15,8 @@ from fringeforce.explorer import limits
 from fringeforce.io.tables import save_contacts
 from fringeforce.models.presses import tractions
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts
+from fringeforce.reading.faint_contacts import faint_starts
+from fringeforce.reading.skin_fit import climbed
 from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.studies.summary import summary
 
@@ -247,6 +250,51 @@ def test_a_faint_contact_is_ambiguous_or_right(model: ff.SensorModel, reader: ff
                 assert np.abs(off).max() < FAR
                 sure += 1
     assert sure > 10
+
+
+def test_a_faint_contact_is_found_by_its_light_from_anywhere_else(
+    model: ff.SensorModel, reader: ff.Reader
+) -> None:
+    """Its phase is a mirror image of itself, which tells nothing of its place."""
+    rng, inner = np.random.default_rng(0), reader._single
+    assert isinstance(inner, SkinReader)
+    cover = model.sensor.transducer.compliant.thickness
+    for normal in (0.15, 0.2, 0.3, 0.4):
+        place, share = rng.uniform(-3e-3, 3e-3), rng.uniform(-0.4, 0.4)
+        press = ff.Press(x=place, normal=normal, tangential=share * normal, radius=4e-3)
+        levels = model.expose([press], rng).ravel()
+        seen, _, _ = inner._seen(levels, np.ones(levels.shape, bool))
+        geometry = inner.skin.drawn[None].copy()
+        geometry[0, PLACE] = place + 2e-3
+        elsewhere = climbed(seen, Contacts(np.array([[normal, 0.0]]), geometry))
+        reached = [
+            climbed(seen, contacts, elsewhere.others).contacts
+            for contacts in faint_starts(seen, elsewhere)
+        ]
+        found = [
+            len(one.forces) == 1
+            and abs(one.geometry[0, PLACE] - place) < cover / 2
+            and abs(one.forces[0, 0] / normal - 1) < 0.2
+            for one in reached
+        ]
+        assert any(found)
+
+
+def test_sure_readings_of_faint_contacts_are_as_sure_as_they_say() -> None:
+    """Squared distances from what pressed, by contact mechanics, against chi-square."""
+    model = ff.characterize(ff.load_sensor("skin"))
+    reader, rng, squares = ff.Reader(model), np.random.default_rng(0), []
+    for normal in np.repeat([0.15, 0.2], 20):
+        press = ff.Press(x=rng.uniform(-5e-3, 5e-3), normal=normal, radius=6e-3)
+        reading = reader.search(model.expose([press], rng))
+        if reading.ok:
+            total = reading.total
+            assert total is not None
+            off = np.array(total.force) - [normal, 0.0]
+            squares.append(off @ np.linalg.solve(total.force_covariance, off))
+    assert len(squares) > 20
+    assert sum(squares) < chi2.ppf(1 - 1e-6, 2 * len(squares))
+    assert max(squares) < chi2.ppf(1 - 1e-6 / len(squares), 2)
 
 
 def test_a_frame_of_something_else_is_refused(model: ff.SensorModel, reader: ff.Reader) -> None:

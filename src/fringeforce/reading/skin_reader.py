@@ -35,6 +35,7 @@ from fringeforce.models.skin import (
     SkinModel,
     large_strain,
 )
+from fringeforce.reading.faint_contacts import faint_starts, is_faint
 from fringeforce.reading.large_strain import SOLUTIONS
 from fringeforce.reading.posterior_search import Lines, phase_information
 from fringeforce.reading.reading import Reading, Status
@@ -269,8 +270,10 @@ class SkinReader(StripFrames):
         if silent is not None:
             met = _ordered([*met, silent])
         if met and met[0].chance > FALSE_VERDICT:
-            met = _ordered(met + self._mirrored(seen, met[0], met, tried, RIVAL_GROWTH))
+            if not is_faint(seen, met[0]):
+                met = _ordered(met + self._mirrored(seen, met[0], met, tried, RIVAL_GROWTH))
             met = _ordered(met + self._simplified(seen, met[0]))
+            met = _ordered(met + self._likewise(seen, met, silent))
             if self.skin.strain is not None:
                 solved = [self._solved(seen, one) for one in _distinct(met, NEGLIGIBLE_LOSS)]
                 met = _ordered([one for one in solved if not one.folded])
@@ -377,6 +380,21 @@ class SkinReader(StripFrames):
             found += self._pressed(seen, phase, met)
         return found
 
+    def _likewise(
+        self, seen: Seen, met: list[Explanation], silent: Explanation | None
+    ) -> list[Explanation]:
+        """Explanations of light that hardly tells the sign of its phase, besides those met."""
+        pushing = [one for one in met if one is not silent]
+        found = list[Explanation]()
+        while pushing and is_faint(seen, best := _likeliest(pushing)):
+            more = [
+                self._climbed(seen, contacts, best, best.others, best.top.loss + OFF)
+                for contacts in faint_starts(seen, best)
+            ]
+            found += more
+            pushing = [one for one in more if _mass(one) > _mass(best)]
+        return found
+
     def _simplified(self, seen: Seen, best: Explanation) -> list[Explanation]:
         """Explanations with fewer contacts, as long as they are likelier."""
         found = list[Explanation]()
@@ -422,12 +440,12 @@ class SkinReader(StripFrames):
     ) -> tuple[Reading, Explanation]:
         """The reading of the likeliest explanation, and that; `silent` is the one of no contact."""
         distinct = _distinct(met, NEGLIGIBLE_LOSS / 2)
-        best = distinct[0]
-        weights = posterior_weights(np.array([one.evidence for one in distinct]))
+        masses = np.array([_mass(one) for one in distinct])
+        weights, best = posterior_weights(masses), distinct[masses.argmax()]
         mine = np.array([same_phase(one.phase, best.phase) for one in distinct])
         others = [one for one, own in zip(distinct, mine, strict=True) if not own]
         probability = float(weights[mine].sum())
-        chance = min(best.chance, _dry(best))
+        chance = min(best.chance, float(np.exp(-_slip(best))))
         if chance < INCOMPLETE:
             probability = doubted(probability, chance)
         none = best is silent and probability >= self.confidence
@@ -524,19 +542,28 @@ def goes_on(found: Explanation, last: Explanation) -> bool:
     return bool((beside & alike).all()) and motion(found.phase, last.phase) < JUMP
 
 
-def _dry(one: Explanation) -> float:
-    """Weight of contacts that are outside the friction cone, one for those that are within.
+def _slip(one: Explanation) -> float:
+    """How unlikely the friction cone makes contacts, minus the logarithm of that; 0 if within it.
 
     The prior of a search, for contacts that push as the pace of the fringes tells, says so of
     strong ones; the pace of a faint frame is that of noise.  This is for the largest that is found.
     """
     forces, friction = one.contacts.forces, one.posterior.prior.friction
     if not len(forces):
-        return 1.0
+        return 0.0
     variance = np.diag(np.linalg.inv(one.about.hessian))[: forces.size].reshape(-1, 2)
     variance = variance @ [friction**2, 1.0] + (YIELDING * np.abs(forces).max()) ** 2
     beyond = np.minimum(friction * forces[:, 0] - np.abs(forces[:, 1]), 0.0)
-    return float(np.exp(-np.square(beyond) @ (1 / variance) / 2))
+    return float(np.square(beyond) @ (1 / variance) / 2)
+
+
+def _likeliest(met: list[Explanation]) -> Explanation:
+    return max(met, key=_mass)
+
+
+def _mass(one: Explanation) -> float:
+    """Logarithm of the posterior mass of an explanation."""
+    return one.evidence - _slip(one)
 
 
 def _ordered(met: list[Explanation]) -> list[Explanation]:

@@ -1,0 +1,116 @@
+"""Starts for contacts whose light is faint: places and directions all over the skin.
+
+Grey levels of small phases p are nearly quadratic in p, so that they hardly tell the sign of any
+stretch of it: a push looks like shear beside it, or like a pull.  Such contacts are looked for by
+their light, not by their phase.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import minimum_filter
+
+from fringeforce.base.arrays import Array
+from fringeforce.estimation.frame_exposure import expose
+from fringeforce.models.skin import PLACE, WIDTH, Contacts
+from fringeforce.reading.skin_fit import Explanation, Seen
+
+FAINT = 1.0
+"""Largest phase of faint contacts: light is within 8 % of quadratic there [rad]."""
+DIRECTIONS = np.linspace(-1, 1, 17)
+"""Shares of the largest tangential force that are tried."""
+SPACING = 1.0
+"""Distance of the places, in thicknesses of the cover: a width as drawn."""
+AMOUNTS = np.arange(1, 33) / 32
+"""Forces that are tried, over that of the largest faint phase."""
+RIVALS = 6
+"""Starts of one kind that are tried; in frames looked at, up to four explained light as well."""
+
+MOST_REPLACED = 2
+"""Neighbours that one contact may take the place of: two stretches of either sign look like one."""
+
+
+def is_faint(seen: Seen, one: Explanation) -> bool:
+    """Whether contacts cause so little phase that light hardly tells its sign."""
+    return bool(np.abs(one.phase - seen.skin.uncertain.frame.fixed).max() < FAINT)
+
+
+def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
+    """Contacts that may explain a frame as well as faint ones do.
+
+    Each has one contact more, or one in the place of one, of two neighbours or of all, where it
+    leaves less light than its neighbours in place and direction.
+
+    Parameters
+    ----------
+    seen : Seen
+        The frame.
+    one : Explanation
+        Of it.
+
+    Returns
+    -------
+    list of Contacts
+        The likeliest of each kind first.
+    """
+    forces, geometry = one.contacts.sorted()
+    count, found = len(forces), _beside(seen, one, one.contacts)
+    for taken in (*range(1, min(count, MOST_REPLACED + 1)), count):
+        for k in range(count - taken + 1):
+            rest = np.r_[:k, k + taken : count]
+            found += _beside(seen, one, Contacts(forces[rest], geometry[rest]))
+    return found
+
+
+def _beside(seen: Seen, one: Explanation, others: Contacts) -> list[Contacts]:
+    """One more contact beside others, the likeliest first."""
+    skin = seen.skin
+    half = skin.drawn[WIDTH]
+    first, last = float(skin.places[0] + half), float(skin.places[-1] - half)
+    count = int(np.ceil((last - first) / (SPACING * skin.cover))) + 1
+    geometry = np.repeat(skin.drawn[None], count, axis=0)
+    geometry[:, PLACE] = np.linspace(first, last, count)
+    units = skin.touched(geometry).moments[:, :, 0]
+    directions = np.column_stack([np.ones(len(DIRECTIONS)), skin.friction * DIRECTIONS])
+    largest = FAINT / np.abs(directions @ units).max(axis=2)
+    tried = largest[:, :, None, None] * AMOUNTS[:, None] * directions[:, None]
+
+    # a frame's model has one contact at least
+    dark = others if len(others.forces) else Contacts(np.zeros((1, 2)), skin.drawn[None])
+    model = skin.touched(dark.geometry)
+    unknowns = np.zeros(model.at.size)
+    unknowns[: model.at.loads] = dark.forces.ravel()
+    unknowns[model.at.fields :] = one.others[len(one.others) - (model.at.size - model.at.fields) :]
+    base = expose(model, unknowns)[0]
+    lit = np.isfinite(seen.frame)
+    weights = np.where(lit, 1 / np.sqrt(model.variance), 0.0)
+    left = np.where(lit, seen.frame - base, 0.0) * weights
+
+    def added(phase: Array) -> Array:
+        """Light by a phase more, in deviations of the noise."""
+        return (expose(model._replace(fixed=model.fixed + phase), unknowns)[0] - base) * weights
+
+    squares = np.empty(tried.shape[:3])  # less those of what the others leave
+    for k, unit in enumerate(units):
+        scale = FAINT / 2 / np.abs(unit).max(axis=1)
+        normal, tangential = scale[:, None] * unit
+        odd, even = list[Array](), list[Array]()
+        for phase in (normal, tangential, normal + tangential):
+            more, less = added(phase), added(-phase)
+            odd.append((more - less) / 2)
+            even.append((more + less) / 2)
+        terms = np.array([odd[0], odd[1], even[0], even[1], even[2] - even[0] - even[1]])
+        n, t = np.moveaxis(tried[k] / scale, -1, 0)
+        powers = np.stack([n, t, n * n, t * t, n * t], axis=-1)
+        light = (powers @ (terms @ terms.T) * powers).sum(axis=-1)
+        squares[k] = light - 2 * powers @ (terms @ left)
+    amounts, least = squares.argmin(axis=2), squares.min(axis=2)
+    lowest = np.argwhere(least == minimum_filter(least, 3, mode="nearest"))
+    likeliest = sorted(map(tuple, lowest), key=lambda at: least[at])[:RIVALS]
+    return [
+        Contacts(
+            np.vstack([others.forces, tried[at][amounts[at]]]),
+            np.vstack([others.geometry, geometry[at[0]]]),
+        )
+        for at in likeliest
+    ]
