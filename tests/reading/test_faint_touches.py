@@ -26,6 +26,26 @@ def test_what_is_read_as_ok_under_faint_loads_lies_within_its_covariance() -> No
     assert 0.85 < np.mean(squares) / 22 < 1.15
 
 
+def test_no_lobe_of_a_soft_cover_under_faint_touches_is_read_with_the_wrong_sign() -> None:
+    """Of one or two tactels that cover a few lobes each: light tells hardly the sign of any.
+
+    By the same distances as above.
+    """
+    model = ff.characterize(ff.load_sensor("soft-sixteen"))
+    reader, rng, squares = ff.Reader(model), np.random.default_rng(7), []
+    for _ in range(FRAMES):
+        touched = rng.permutation(16) < rng.integers(1, 3)
+        normal = rng.uniform(0.05, 1, 16) * touched
+        forces = np.stack([normal, normal * rng.uniform(-0.8, 0.8, 16)], axis=1)
+        forces *= rng.uniform(0.2, 1.0) / np.abs(model.phase(forces)).max()
+        reading = reader.search(model.expose(forces, rng))
+        if reading.ok:
+            off = (reading.forces - forces).ravel()
+            squares.append(off @ np.linalg.solve(reading.covariance, off))
+    assert len(squares) > FRAMES / 3
+    assert max(squares) < chi2.isf(1e-4 / FRAMES, 32)
+
+
 def test_faint_touches_that_are_followed_lie_within_their_covariance() -> None:
     """Of touches that fade by a sixtieth in each frame, as creep lets them."""
     light = {"camera.noise_model": "gaussian", "camera.noise": 1.0, "camera.pixels": 1024}

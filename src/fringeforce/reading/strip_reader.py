@@ -84,7 +84,8 @@ NARROWER = 1.3
 """How far the push of a prior is beyond the loads that were found where it is drawn up anew: wider
 ones make forces uncertain that are small, and narrower ones hold them down."""
 IMAGES = 6
-"""Mirror images that are tried in a round, to mend what does not fit or to find what rivals it."""
+"""Mirror images that are tried in a round, to mend what does not fit or to find what rivals it; of
+a frame that is faint throughout, those in a row that lead to no new explanation of weight."""
 IMAGE_ROUNDS = 3
 """Rounds of mirror images without a better explanation, each from the best one so far."""
 FAINT_PHASE = 1.5
@@ -632,6 +633,8 @@ class StripFrameReader(StripFrames):
         """Look among mirror images of stretches of the phase, those of the best ones first.
 
         Images of a better one are looked for at once, and of rivals of the best one afterwards.
+        Where the phase is faint all along, light hardly tells the sign of any lobe, and there are
+        far more rivals than `IMAGES`: there a round goes on as long as it finds new ones.
         """
         posterior, seen = met.posterior, MetPhases()
         told = self._hidden.along(len(posterior.model.fixed))
@@ -642,26 +645,31 @@ class StripFrameReader(StripFrames):
             again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, heats)
             found(again)
             top = min(top, again, key=lambda one: one.loss)
-        rivals, known = [top], MetPhases()
-        rounds = IMAGE_ROUNDS
+        rivals, known, ends = [top], MetPhases(), MetPhases()
+        ends.add(first := posterior.phase(top), alike_within(first))
+        rounds, faint = IMAGE_ROUNDS, self.faint(posterior, top)
         while rivals and rounds:
             top = posterior.settled(rivals.pop(0).unknowns, BINS)
-            here, count, better = posterior.phase(top), 0, False
+            here, vain, better = posterior.phase(top), 0, False
             known.add(here, told)
             for start in self._search.images(posterior, top, push_of(posterior.prior), within):
                 phase = node_phase(posterior.model, start)
                 if seen.holds(phase):
                     continue
                 seen.add(phase, told)
-                count += not same_phase(phase, here)
-                if count > IMAGES:
+                vain += not same_phase(phase, here)
+                if vain > IMAGES:
                     break
                 bound = met.rough[0].loss + NEGLIGIBLE_LOSS + 8
                 reached = posterior.settled(start, BINS, TEMPERED, bound=bound)
                 if stop and reached.loss >= top.loss - 1:
                     careful = posterior.settled(posterior.drawn_in(start), BINS, HEATS)
                     reached = min(reached, careful, key=lambda one: one.loss)
-                best = met.rough[0].loss
+                best, ended = met.rough[0].loss, posterior.phase(reached)
+                has_weight = reached.loss < best + NEGLIGIBLE_LOSS
+                if faint and has_weight and not ends.holds(ended):
+                    ends.add(ended, alike_within(ended))
+                    vain = 0
                 found(reached)
                 rivals.append(reached)
                 better = reached.loss < best - 1
