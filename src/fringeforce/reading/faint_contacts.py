@@ -25,7 +25,6 @@ AMOUNTS = np.arange(1, 33) / 32
 """Forces that are tried, over that of the largest faint phase."""
 RIVALS = 6
 """Starts of one kind that are tried; in frames looked at, up to four explained light as well."""
-
 MOST_REPLACED = 2
 """Neighbours that one contact may take the place of: two stretches of either sign look like one."""
 
