@@ -12,7 +12,8 @@ from scipy.stats import binom, chi2
 import fringeforce as ff
 from fringeforce.contacts.fingertip import fingertip_forces as fingertip
 from fringeforce.estimation.bounds import cramer_rao_bound
-from fringeforce.reading.strip_reader import FAINT_PHASE, StripFrameReader
+from fringeforce.reading.strip_reader import StripFrameReader
+from fringeforce.reading.strip_search import FAINT_PHASE
 
 Array = NDArray[np.float64]
 N = 11

@@ -22,11 +22,11 @@ from fringeforce.reading.frame_reader import Follower
 from fringeforce.reading.large_strain import StrainShift
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_reader import (
-    FAINT_PHASE,
     Before,
     Located,
     StripFrameReader,
 )
+from fringeforce.reading.strip_search import FAINT_PHASE, is_faint
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -219,7 +219,7 @@ class StripFollower(Follower):
         posterior, top = located.posterior, located.top
         self._several = located if located.several else None
         self._used, self._begun, self._last = used, reading, top.unknowns.copy()
-        weak = reading.status is Status.NO_CONTACT or self._single.faint(posterior, top)
+        weak = reading.status is Status.NO_CONTACT or is_faint(posterior, top)
         again = before is not None and before.status is reading.status
         self._interval = min(2 * self._interval, LONGEST) if again else INTERVAL
         self._left = self._interval if reading.status is Status.AMBIGUOUS else -1

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.frame_loss import Prior, pulls_at
 from fringeforce.estimation.frame_model import FrameModel
-from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases, mixture
+from fringeforce.estimation.hypotheses import mixture
 from fringeforce.estimation.likelihood import NO_BIAS
 from fringeforce.estimation.linearised_frame import (
     Linearised,
@@ -31,9 +30,7 @@ from fringeforce.estimation.linearised_frame import (
 )
 from fringeforce.estimation.phase_stretches import NOTHING, Hidden
 from fringeforce.estimation.posterior import (
-    HEATS,
     PRIOR_ROUNDS,
-    TEMPERED,
     Bins,
     Posterior,
     Top,
@@ -46,7 +43,6 @@ from fringeforce.reading.contact_prior import (
     SHEAR_RATIO,
     contact_prior,
     push_of,
-    slipping,
 )
 from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.departure_test import HARMLESS, DepartureTest
@@ -55,7 +51,6 @@ from fringeforce.reading.large_strain import SOLUTIONS, HigherOrders, StrainShif
 from fringeforce.reading.nearby_sensor import centre_near, off
 from fringeforce.reading.posterior_search import (
     BINS,
-    CANDIDATES,
     FIRST_EFFORTS,
     Lines,
     PosteriorSearch,
@@ -64,11 +59,9 @@ from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.strip_explanations import (
     Explanations,
     Weighed,
-    alike_within,
     held,
     not_too_wide,
     one_reading,
-    same_phase,
 )
 from fringeforce.reading.strip_frames import (
     HOPELESS_LOSS,
@@ -76,6 +69,7 @@ from fringeforce.reading.strip_frames import (
     StripFrames,
     doubted,
 )
+from fringeforce.reading.strip_search import IMAGES, StripFrameSearch, friction_is_idle, is_faint
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -83,13 +77,6 @@ Mask = NDArray[np.bool_]
 NARROWER = 1.3
 """How far the push of a prior is beyond the loads that were found where it is drawn up anew: wider
 ones make forces uncertain that are small, and narrower ones hold them down."""
-IMAGES = 6
-"""Mirror images that are tried in a round, to mend what does not fit or to find what rivals it; of
-a frame that is faint throughout, those in a row that lead to no new explanation of weight."""
-IMAGE_ROUNDS = 3
-"""Rounds of mirror images without a better explanation, each from the best one so far."""
-FAINT_PHASE = 1.5
-"""Phase that a frame must reach to be followed from one to the next [rad]."""
 WIDENED = 0.05
 """Share of a standard deviation within which stated ones hold."""
 TOLERATED_SOLVED = 0.1
@@ -199,6 +186,10 @@ class StripFrameReader(StripFrames):
     def _search(self) -> PosteriorSearch:
         centre = None if self.centre is None else off(self.uncertain)
         return PosteriorSearch(self.uncertain.frame, centre)
+
+    @cached_property
+    def _frame_search(self) -> StripFrameSearch:
+        return StripFrameSearch(self._search, self._hidden)
 
     def _nearer(self, unknowns: Array) -> StripFrameReader:
         """What reads with products that are exact near unknowns; itself where they are small."""
@@ -319,7 +310,7 @@ class StripFrameReader(StripFrames):
         silent = self._silent(posterior)
         if silent is not None and self._plainly_nothing(posterior, silent):
             return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
-        met = self._explained(posterior, lines, silent, known=known)
+        met = self._frame_search.explained(posterior, lines, silent, known=known)
         if moves and met.promising:
             nearer = self._nearer(met.best[0])
             if nearer is not self:
@@ -332,12 +323,12 @@ class StripFrameReader(StripFrames):
             if exact is posterior:
                 break
             posterior, before_it = exact, met
-            met = self._explained(posterior, lines, silent)
+            met = self._frame_search.explained(posterior, lines, silent)
             if not met.explained and met.loss >= before_it.loss:
                 break
-        if not self.beside and not (met.explained and self._dry(met)):
+        if not self.beside and not (met.explained and friction_is_idle(met)):
             any_loads = posterior.under(posterior.prior._replace(friction=-1.0))
-            other = self._explained(any_loads, lines, silent, FIRST_EFFORTS)
+            other = self._frame_search.explained(any_loads, lines, silent, FIRST_EFFORTS)
             met = other if other.explained else met
         if not met.explained:
             return self._refused(posterior, lines), None
@@ -365,13 +356,13 @@ class StripFrameReader(StripFrames):
         """
         phase, met = posterior.phase(top), Explanations(posterior, [top])
         before = node_phase(posterior.model, last)
-        if np.abs(phase - before).max() > JUMP or self.faint(posterior, top):
+        if np.abs(phase - before).max() > JUMP or is_faint(posterior, top):
             return None
         if not self._tolerated(posterior, top.unknowns) or not met.explains(top, FALSE_VERDICT):
             return None
         if np.isfinite(self.mirrored.difference):
             met.keep(posterior.settled(top.unknowns, BINS))
-            self._improved(met, met.rough[0], stop=False, within=within)
+            self._frame_search.improve(met, met.rough[0], stop=False, within=within)
             met.settle()
         near = np.abs(posterior.phase(met.tops[0]) - before).max() <= JUMP
         return met if near and met.explains(met.tops[0], FALSE_VERDICT) else None
@@ -432,13 +423,7 @@ class StripFrameReader(StripFrames):
         """What some attempts find in a frame, the best first, whether it explains it or not."""
         lines = self._search.lines(frame)
         posterior = self._own(frame, lines)
-        met = Explanations(posterior)
-        self._searched(posterior, lines, met, MetPhases(posterior.even), attempts, mend)
-        return posterior, met.tops
-
-    def faint(self, posterior: Posterior, top: Top) -> bool:
-        """Whether the phase stays so small that loads are hardly told from others, or none."""
-        return bool(np.abs(posterior.phase(top)).max() < FAINT_PHASE)
+        return posterior, self._frame_search.found(posterior, lines, attempts, mend).tops
 
     def _own(self, frame: Array, lines: Lines, sound: Array | None = None) -> Posterior:
         pace, _ = self._search.true_pace(lines, lines.light)
@@ -532,156 +517,6 @@ class StripFrameReader(StripFrames):
             posterior = posterior.under(contact_prior(posterior.model, push, friction))
             met = Explanations(posterior, [posterior.settled(one.unknowns) for one in met.tops])
         return met
-
-    def _explained(
-        self,
-        posterior: Posterior,
-        lines: Lines,
-        silent: Top | None,
-        attempts: int | None = None,
-        known: Sequence[Top] = (),
-    ) -> Explanations:
-        """Explanations of a frame, the best first; those known of a sensor nearby are tried first.
-
-        They explain the frame in bins there, the best first.
-        """
-        met, tried = Explanations(posterior), MetPhases(posterior.even)
-        starts = np.array([top.unknowns for top in known])
-        losses = np.array([top.loss for top in known])
-        done = self._tried([(starts, losses, 0.0)], posterior, met, tried)
-        done = done or self._searched(posterior, lines, met, tried, attempts)
-        if silent is not None:
-            met.add(silent)
-        if not done and not (met.tops and met.explains(met.tops[0], FALSE_VERDICT)):
-            return met
-        met.explained = True
-        if met.rough:
-            self._improved(met, met.rough[0], stop=False)
-        met.settle()
-        turned = posterior.mirrored(met.tops[0].unknowns)
-        if posterior.even and self._may_push(posterior, turned):
-            met.add(posterior.climbed(turned, heats=(), steps=(0, 15)))
-        return met
-
-    def _dry(self, met: Explanations) -> bool:
-        """Whether friction does not hold down the loads of the best explanation."""
-        posterior, loads = met.posterior, met.tops[0].unknowns[: met.posterior.model.at.loads]
-        return slipping(posterior.prior, loads) < NEGLIGIBLE_LOSS
-
-    def _may_push(self, posterior: Posterior, unknowns: Array) -> bool:
-        """Whether loads do not pull so much that no contact does."""
-        normal = np.minimum(unknowns[: posterior.model.at.loads : 2], 0)
-        return bool(np.square(normal / posterior.prior.yielding).sum() < 10 * NEGLIGIBLE_LOSS)
-
-    def _searched(
-        self,
-        posterior: Posterior,
-        lines: Lines,
-        met: Explanations,
-        tried: MetPhases,
-        attempts: int | None = None,
-        mend: bool = True,
-    ) -> bool:
-        """Search until something explains the frame plainly, or so often; mend by mirror images."""
-        efforts = islice(self._search.attempts(lines, met.tops), attempts)
-        return self._tried(efforts, posterior, met, tried, mend)
-
-    def _tried(
-        self,
-        efforts: Iterable[tuple[Array, Array, float]],
-        posterior: Posterior,
-        met: Explanations,
-        tried: MetPhases,
-        mend: bool = True,
-    ) -> bool:
-        """Fit starts of one effort after the other until something explains the frame plainly."""
-        at = posterior.model.at
-        for starts, scores, _ in efforts:
-            fits = list[Top]()
-            done = False
-            for start, score in zip(starts[:CANDIDATES], scores, strict=False):
-                if done and score > scores[0] + NEGLIGIBLE_LOSS:
-                    break
-                phase = node_phase(posterior.model, start)
-                if tried.holds(phase):
-                    continue
-                tried.add(phase, alike_within(phase))
-                if posterior.even and start[: at.loads : 2].sum() < 0:
-                    start = posterior.mirrored(start)
-                if done:
-                    bound = met.rough[0].loss + NEGLIGIBLE_LOSS
-                    rough = posterior.settled(start, BINS, HEATS[1:], bound=bound)
-                    met.keep(rough)
-                else:
-                    rough = posterior.settled(start, BINS, HEATS)
-                    done = met.tried(rough)
-                fits.append(rough)
-                phase = posterior.phase(rough)
-                tried.add(phase, alike_within(phase))
-            if done:
-                return True
-            for rough in sorted(fits, key=lambda top: top.loss)[:3]:
-                if mend and rough.loss < (1 + BINS) * rough.count:
-                    self._improved(met, rough, stop=True)
-                    if met.tops and met.explains(met.tops[0], MISSED):
-                        return True
-        return False
-
-    def _improved(
-        self, met: Explanations, top: Top, stop: bool, within: Mask | None = None
-    ) -> None:
-        """Look among mirror images of stretches of the phase, those of the best ones first.
-
-        Images of a better one are looked for at once, and of rivals of the best one afterwards.
-        Where the phase is faint all along, light hardly tells the sign of any lobe, and there are
-        far more rivals than `IMAGES`: there a round goes on as long as it finds new ones.
-        """
-        posterior, seen = met.posterior, MetPhases()
-        told = self._hidden.along(len(posterior.model.fixed))
-        seen.add(posterior.phase(top), told)
-        at, found = posterior.model.at, met.tried if stop else met.keep
-        if at.fields > at.place:
-            heats = HEATS if stop else HEATS[1:]
-            again = posterior.settled(posterior.drawn_in(top.unknowns), BINS, heats)
-            found(again)
-            top = min(top, again, key=lambda one: one.loss)
-        rivals, known, ends = [top], MetPhases(), MetPhases()
-        ends.add(first := posterior.phase(top), alike_within(first))
-        rounds, faint = IMAGE_ROUNDS, self.faint(posterior, top)
-        while rivals and rounds:
-            top = posterior.settled(rivals.pop(0).unknowns, BINS)
-            here, vain, better = posterior.phase(top), 0, False
-            known.add(here, told)
-            for start in self._search.images(posterior, top, push_of(posterior.prior), within):
-                phase = node_phase(posterior.model, start)
-                if seen.holds(phase):
-                    continue
-                seen.add(phase, told)
-                vain += not same_phase(phase, here)
-                if vain > IMAGES:
-                    break
-                bound = met.rough[0].loss + NEGLIGIBLE_LOSS + 8
-                reached = posterior.settled(start, BINS, TEMPERED, bound=bound)
-                if stop and reached.loss >= top.loss - 1:
-                    careful = posterior.settled(posterior.drawn_in(start), BINS, HEATS)
-                    reached = min(reached, careful, key=lambda one: one.loss)
-                best, ended = met.rough[0].loss, posterior.phase(reached)
-                has_weight = reached.loss < best + NEGLIGIBLE_LOSS
-                if faint and has_weight and not ends.holds(ended):
-                    ends.add(ended, alike_within(ended))
-                    vain = 0
-                found(reached)
-                rivals.append(reached)
-                better = reached.loss < best - 1
-                if better and not known.holds(posterior.phase(reached)):
-                    break
-            if stop and met.tops and met.explains(met.tops[0], MISSED):
-                break
-            rounds -= not better
-            rivals = [one for one in rivals if one.loss < met.rough[0].loss + NEGLIGIBLE_LOSS]
-            rivals = sorted(rivals, key=lambda one: one.loss)
-            while rivals and known.holds(posterior.phase(rivals[0])):
-                rivals.pop(0)
 
     def _stated(
         self,
