@@ -248,7 +248,7 @@ def test_the_search_begins_nearer_to_the_blur_than_the_drawing(pixels: float) ->
     model = ff.characterize(drawing(**{"camera.blur": "100 +/- 50 um"}))
     search = PosteriorSearch(uncertainty(model).frame)
     frames = Bench(drawing(), PLACES, POINTS, blur=pixels).frames(loads(rng, 30), rng)
-    found = np.array([search.lines(frame.astype(float)).light.blur for frame in frames])
+    found = np.array([search.light.lines(frame.astype(float)).light.blur for frame in frames])
     assert np.sqrt(np.mean(np.square(found - pixels))) < 0.8 * abs(drawn - pixels)
 
 
@@ -259,7 +259,7 @@ def test_the_search_begins_nearer_to_the_light_along_the_strip_than_the_drawing(
     search = PosteriorSearch(uncertainty(ff.characterize(drawn)).frame)
     bench = Bench(drawing(**{"camera.amplitude": 200.0}), PLACES, POINTS, gain=gain)
     for frame in bench.frames(loads(rng, 30), rng):
-        found = search.gain(search.lines(frame.astype(float)).light)[0]
+        found = search.light.gain(search.light.lines(frame.astype(float)).light)[0]
         assert np.sqrt(np.mean(np.square(found - gain))) < 0.5 * np.sqrt(np.mean((1 - gain) ** 2))
 
 
@@ -271,7 +271,7 @@ def test_the_search_begins_nearer_to_the_response_than_the_drawing() -> None:
     frames = Bench(drawing(), PLACES, POINTS, gamma=0.85, visibility=0.95).frames(
         loads(rng, 30), rng
     )
-    found = np.array([search.lines(frame.astype(float)).light.power for frame in frames])
+    found = np.array([search.light.lines(frame.astype(float)).light.power for frame in frames])
     assert np.sqrt(np.mean(np.square(found - 0.85))) < 0.5 * 0.15
 
 

@@ -12,29 +12,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.bad_pixels import OUTLIER
-from fringeforce.estimation.extremes import extremes, light_of_extremes
 from fringeforce.estimation.frame_model import FrameModel, turned_moments
 from fringeforce.estimation.phase.branches import branches
-from fringeforce.estimation.phase.folding import block_edges, block_means, phase_pace
+from fringeforce.estimation.phase.folding import block_edges, block_means
 from fringeforce.estimation.phase.reflections import TOUCH, mirror_images
 from fringeforce.estimation.phase_fit import LIKELY_STDS
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.reading.contact_prior import LOADS, SHEAR_RATIO
+from fringeforce.reading.frame_light import CONTRAST, FrameLight, Light, Lines
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-CONTRAST = 0.3
-"""Lowest contrast of blurred fringes that is undone."""
-FASTEST = 0.4
-"""Pace beyond which blur is not followed further: more of it makes the search endless [rad per
-pixel]."""
 DENSE = 1.3
 """Pace of the phase beyond which pixels no longer follow fringes [rad per pixel]."""
 STRIDE = 0.5
@@ -61,8 +55,6 @@ FIRST_EFFORTS = 2
 """Efforts, from either end, of a search that is one of several."""
 BINS = 4
 """Pixels that count as one while explanations are looked for."""
-LEAST_POWER = 0.1
-"""Power of a camera's response, over that of the drawing, below which none is taken seriously."""
 LEAST_PHASE = 0.3
 """Phase that the loads of a frame are expected to cause at least, root mean square [rad]."""
 
@@ -123,52 +115,6 @@ EFFORTS = (
 """Attempts in the order in which they are made; the first two explain nine frames in ten."""
 
 
-class Light(NamedTuple):
-    """Light of a frame.
-
-    Attributes
-    ----------
-    modes : ndarray, shape (s,)
-        Of light and influence matrix, of which those of the light count.
-    offset : float
-        Against the drawing's, over the amplitude.
-    visibility, blur : float
-        Of the fringes, and of the point spread [pixels].
-    power : float
-        Of the camera's response over that of the drawing.
-    """
-
-    modes: Array
-    offset: float
-    visibility: float
-    blur: float
-    power: float
-
-
-class Lines(NamedTuple):
-    """A frame as lines of normalised intensity, one for each channel.
-
-    Attributes
-    ----------
-    intensity : ndarray, shape (C, P)
-        Of the light as drawn; gaps are bridged.
-    seen : ndarray of bool, shape (C, P)
-        Pixels that are used and not clipped.
-    variance : ndarray, shape (C,)
-        Of the noise.
-    pace : ndarray, shape (C, P)
-        Local pace of the phase, as seen [rad per pixel].
-    light : Light
-        From the extremes of the lines.
-    """
-
-    intensity: Array
-    seen: NDArray[np.bool_]
-    variance: Array
-    pace: Array
-    light: Light
-
-
 @dataclass(frozen=True, eq=False)
 class PosteriorSearch:
     """Finds starts for frames of one strip.
@@ -185,88 +131,10 @@ class PosteriorSearch:
     model: FrameModel
     centre: Array | None = None
 
-    def lines(self, frame: Array) -> Lines:
-        """Lines of a frame, shape (P,), whose unused pixels are not finite."""
-        model = self.model
-        channels = len(model.bias)
-        light = (_decoded(model, frame) - model.offset) / model.amplitude
-        lines, seen = light.reshape(channels, -1).copy(), np.isfinite(frame).reshape(channels, -1)
-        told = seen & (frame < model.ceiling).reshape(channels, -1)
-        along = np.arange(lines.shape[1])
-        for line, own in zip(lines, seen, strict=True):
-            if own.any() and not own.all():
-                line[~own] = np.interp(along[~own], along[own], line[own])
-        bright = np.square(model.amplitude).reshape(channels, -1).mean(axis=1)
-        variance = model.variance[:: lines.shape[1]] / bright
-        if len(model.crosstalk):  # every channel's own light, where all of them are seen
-            own = np.linalg.inv(model.crosstalk[:, :-1])
-            lines, variance = own @ lines, np.square(own) @ variance
-            seen, told = (np.broadcast_to(part.all(axis=0), part.shape) for part in (seen, told))
-        pace = np.array([phase_pace(*line) for line in zip(lines, variance, strict=True)])
-        return Lines(lines, told, variance, pace, self._light(lines, seen & ~told, variance, pace))
-
-    def _light(self, lines: Array, clipped: Mask, variances: Array, paces: Array) -> Light:
-        """Light from the extremes of lines; those that are clipped are none."""
-        model, at = self.model, self.model.at
-        if not model.brightness.any() and at.crosstalk == at.visibility:  # it is as drawn
-            return self._drawn
-        rows = [
-            extremes(line, pace, float(variance), out)
-            for line, out, variance, pace in zip(lines, clipped, variances, paces, strict=True)
-        ]
-        found, channel = np.concatenate(rows), np.repeat(np.arange(len(rows)), list(map(len, rows)))
-        place = np.clip(np.rint(found[:, 4]).astype(np.intp), 0, lines.shape[1] - 1)
-        blur = model.blur, model.blur_std if at.gamma > at.blur else 0.0
-        visibility = model.visibility, model.visibility_std if at.blur > at.visibility else 0.0
-        # behind the curve of sRGB a power does something else
-        power = 0.0 if model.srgb else model.gamma_std / model.gamma
-        gains = self._gains[:, channel, place].T
-        found = light_of_extremes(found, gains, visibility, blur, power, self._response[channel])
-        return Light(found[0], 0.0, *found[1:])
-
     @cached_property
-    def _drawn(self) -> Light:
-        return Light(
-            np.zeros(len(self.model.brightness)), 0.0, self.model.visibility, self.model.blur, 1.0
-        )
-
-    @cached_property
-    def _gains(self) -> Array:
-        """What modes change in the gain at the pixels of every channel, shape (s, C, P)."""
-        model, channels = self.model, len(self.model.bias)
-        pixels = len(model.amplitude) // channels
-        rows = model.brightness.reshape(-1, channels, len(model.fixed))
-        first, weights = model.first[:pixels], model.weights[:pixels]
-        found = np.zeros((len(rows), channels, pixels))
-        for t in range(4):
-            found += rows[:, :, first + t] * weights[:, t]
-        return found
-
-    @cached_property
-    def _response(self) -> Array:
-        """Amplitude and offset of every channel over the full scale, shape (C, 2)."""
-        rows = np.stack([self.model.amplitude, self.model.offset])
-        return rows.reshape(2, len(self.model.bias), -1).mean(axis=2).T / self.model.full_scale
-
-    def gain(self, light: Light) -> Array:
-        """Gain of a light at the pixels of every channel, shape (C, P)."""
-        return np.asarray(1 + np.tensordot(light.modes, self._gains, axes=1))
-
-    def plain(self, lines: Lines, light: Light) -> Array:
-        """Intensity of lines if the gain were one all along, without offset, shape (C, P).
-
-        Parameters
-        ----------
-        lines : Lines
-            Of the frame.
-        light : Light
-            Of the frame.
-        """
-        found, gain = lines.intensity, self.gain(light)
-        if light.power != 1.0:
-            a, b = self._response.T[:, :, None]
-            found = (np.maximum(a * found + b, 0.0) ** (1 / light.power) - b) / a
-        return (found - light.offset) / np.maximum(gain, np.finfo(float).eps)
+    def light(self) -> FrameLight:
+        """What tells the light of frames."""
+        return FrameLight(self.model)
 
     @cached_property
     def _large(self) -> NDArray[np.bool_]:
@@ -378,16 +246,6 @@ class PosteriorSearch:
         size = float(np.sqrt(np.square(load[:, ::2].sum(axis=1)).mean()))
         return float(even + loose), LEAST_PHASE / max(size, 1e-12)
 
-    def true_pace(self, lines: Lines, light: Light) -> tuple[Array, Array]:
-        """Pace of the phase before the blur, in the strip's own, and the contrast it leaves."""
-        ratio = self.model.dispersion[:, None]
-        seen, contrast = lines.pace, np.ones_like(lines.pace)
-        if light.blur:
-            for _ in range(4):
-                undone = np.minimum(seen / np.maximum(contrast, CONTRAST), FASTEST)
-                contrast = np.exp(-np.square(undone * light.blur) / 2)
-        return np.max(seen / np.maximum(contrast, CONTRAST) / ratio, axis=0), contrast
-
     def starts(
         self, lines: Lines, light: Light, effort: Effort, modes: Array | None = None
     ) -> tuple[Array, Array, float]:
@@ -414,9 +272,9 @@ class PosteriorSearch:
             Mean normal force that the pace of the fringes tells [N].
         """
         modes = self._begin if modes is None else modes
-        pace, contrast = self.true_pace(lines, light)
+        pace, contrast = self.light.true_pace(lines, light)
         push = effort.scale * self.pushing(pace)
-        edges, plain = block_edges(pace, effort.extent), self.plain(lines, light)
+        edges, plain = block_edges(pace, effort.extent), self.light.plain(lines, light)
         blocks = [
             self._folded(lines, plain, light, effort, edges, contrast, c)
             for c in range(len(self.model.bias))
@@ -446,7 +304,7 @@ class PosteriorSearch:
         about = np.zeros(self.model.at.size)
         about[self.model.at.modes :][: len(modes)] = modes
         found = self._unknowns(means, scale, about, bool(effort.push) * push)
-        self.lit(found, light)
+        self.light.lit(found, light)
         return found, scores, push
 
     @cached_property
@@ -461,14 +319,16 @@ class PosteriorSearch:
         unit, fixed = columns["load"][:, load], columns["fixed"][:, 0]
         most = DENSE / np.abs(np.diff(unit)).max()
         forces = np.linspace(0.0, most, 2 + int(most * np.abs(unit).max() / STRIDE))
-        lights = [lines.light] if lines.light is self._drawn else [lines.light, self._drawn]
+        lights = (
+            [lines.light] if lines.light is self.light.drawn else [lines.light, self.light.drawn]
+        )
         found, scores = np.zeros((len(lights), len(forces), model.at.size)), list[Array]()
         for own, light in zip(found, lights, strict=True):
             own[:, load] = forces
-            self.lit(own, light)
+            self.light.lit(own, light)
             errors = np.zeros(len(forces))
             for c, (seen, line) in enumerate(
-                zip(lines.seen, self.plain(lines, light), strict=True)
+                zip(lines.seen, self.light.plain(lines, light), strict=True)
             ):
                 phase = (np.outer(forces, unit) + fixed) * model.dispersion[c] + model.bias[c]
                 bright = (1 - light.visibility * np.cos(phase)) / 2
@@ -477,7 +337,7 @@ class PosteriorSearch:
             scores.append(errors)
         flat = np.concatenate(scores)
         order = np.argsort(flat, kind="stable")
-        push = self.pushing(self.true_pace(lines, lines.light)[0])
+        push = self.pushing(self.light.true_pace(lines, lines.light)[0])
         return found.reshape(-1, model.at.size)[order], flat[order], push
 
     def _scale(self, push: float, pushing: float) -> dict[str, Array]:
@@ -656,31 +516,6 @@ class PosteriorSearch:
         changes, _, turned = mirror_images(phase, columns, seen, known, growth=growth)
         return changes, columns, turned
 
-    def lit(self, starts: Array, light: Light) -> None:
-        """Fill in the unknowns of the light."""
-        model, at = self.model, self.model.at
-        starts[:, at.modes : at.visibility] += light.modes
-        if at.blur > at.visibility:
-            starts[:, at.visibility] = (light.visibility - model.visibility) / model.visibility_std
-        if at.gamma > at.blur:
-            starts[:, at.blur] = (light.blur - model.blur) / model.blur_std
-        if at.crosstalk > at.gamma:
-            starts[:, at.gamma] = (light.power - 1) * model.gamma / model.gamma_std
-
-    def fitted(self, top: Top) -> Light:
-        """Light of an explanation."""
-        model, at, e = self.model, self.model.at, top.unknowns
-        modes = e[at.modes : at.visibility] * model.brightness.any(axis=1)
-        offset = float(model.darkness.mean(axis=1) @ e[at.modes : at.visibility])
-        visibility, blur, power = model.visibility, model.blur, 1.0
-        if at.blur > at.visibility:
-            visibility += model.visibility_std * e[at.visibility]
-        if at.gamma > at.blur:
-            blur = max(blur + model.blur_std * e[at.blur], 0.0)
-        if at.crosstalk > at.gamma and not model.srgb:
-            power = max(1 + model.gamma_std / model.gamma * e[at.gamma], LEAST_POWER)
-        return Light(modes, offset / float(model.amplitude.mean()), visibility, blur, power)
-
     def attempts(self, lines: Lines, best: list[Top]) -> Iterator[tuple[Array, Array, float]]:
         """Starts of one effort after the other; `best` holds the explanations so far."""
         if self._single is not None:
@@ -689,11 +524,11 @@ class PosteriorSearch:
             if number == FIRST_EFFORTS:
                 for modes in self._begins:
                     yield self.starts(lines, lines.light, EFFORTS[0], modes)
-            light = lines.light if effort.light == "extremes" else self._drawn
+            light = lines.light if effort.light == "extremes" else self.light.drawn
             if effort.light == "fitted":
                 if not best:
                     continue
-                light = self.fitted(best[0])
+                light = self.light.fitted(best[0])
             yield self.starts(lines, light, effort)
 
 
@@ -702,14 +537,3 @@ def phase_information(model: FrameModel, phase: Array) -> Array:
     strength = np.mean(model.amplitude / np.sqrt(model.variance)) * model.visibility / 2
     seen = np.square(strength * np.sin(phase)) + strength / 16
     return seen * len(model.amplitude) / len(phase)
-
-
-def _decoded(model: FrameModel, grey: Array) -> Array:
-    """Grey levels of a linear response."""
-    if model.gamma == 1.0 and not model.srgb:
-        return grey
-    share = np.clip(grey / model.full_scale, 0, 1) ** (1 / model.gamma)
-    if model.srgb:
-        curved = np.power((share + 0.055) / 1.055, 2.4)
-        share = np.where(share <= 0.04045, share / 12.92, curved)
-    return model.full_scale * share

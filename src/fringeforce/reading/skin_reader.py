@@ -36,8 +36,9 @@ from fringeforce.models.skin import (
     large_strain,
 )
 from fringeforce.reading.faint_contacts import faint_starts, is_faint
+from fringeforce.reading.frame_light import Lines
 from fringeforce.reading.large_strain import SOLUTIONS
-from fringeforce.reading.posterior_search import Lines, phase_information
+from fringeforce.reading.posterior_search import phase_information
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_departure_test import SkinDepartureTest
 from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed, strained
@@ -219,8 +220,8 @@ class SkinReader(StripFrames):
         alone = isolated(levels.astype(float), self.model.response)
         sound = np.where(alone, np.nan, frame)
         beam, drawn = self._search.beam, self.skin.uncertain.frame
-        lines = beam.lines(sound)
-        pace, _ = beam.true_pace(lines, lines.light)
+        lines = beam.light.lines(sound)
+        pace, _ = beam.light.true_pace(lines, lines.light)
         # contacts whose fringes run as fast as the frame's
         push = beam.pushing(pace) * np.sqrt(len(beam.model.moments))
         size = slow_size(drawn, float(pace.max()), SPAN)

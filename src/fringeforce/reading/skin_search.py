@@ -19,10 +19,10 @@ from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import SAME_PHASE
 from fringeforce.models.skin import FIRST_SHAPE, GEOMETRY, PLACE, WIDTH, Contacts, SkinModel
+from fringeforce.reading.frame_light import Lines
 from fringeforce.reading.posterior_search import (
     CANDIDATES,
     Effort,
-    Lines,
     PosteriorSearch,
     phase_information,
 )

@@ -19,8 +19,9 @@ from fringeforce.estimation.frame_information import information
 from fringeforce.models.line_moments import FOLLOWED_STDS
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
+from fringeforce.reading.frame_light import Lines
 from fringeforce.reading.frame_reader import FrameReader
-from fringeforce.reading.posterior_search import DENSE, Lines
+from fringeforce.reading.posterior_search import DENSE
 from fringeforce.reading.reading import Reading, Status
 
 HOPELESS_LOSS = 4.0

@@ -46,13 +46,13 @@ from fringeforce.reading.contact_prior import (
 )
 from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.departure_test import HARMLESS, DepartureTest
+from fringeforce.reading.frame_light import Lines
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.large_strain import SOLUTIONS, HigherOrders, StrainShift
 from fringeforce.reading.nearby_sensor import centre_near, off
 from fringeforce.reading.posterior_search import (
     BINS,
     FIRST_EFFORTS,
-    Lines,
     PosteriorSearch,
 )
 from fringeforce.reading.reading import Reading, Status
@@ -300,7 +300,7 @@ class StripFrameReader(StripFrames):
         # single pixels that nothing explains would spoil the means over blocks; fits bear them
         alone = isolated(levels.astype(float), self.model.response)
         sound = np.where(alone, np.nan, frame)
-        lines = self._search.lines(sound)
+        lines = self._search.light.lines(sound)
         posterior = self._own(frame, lines, sound)
         if (last := before.unknowns) is not None:
             posterior = self._centred(posterior, last)
@@ -417,16 +417,16 @@ class StripFrameReader(StripFrames):
 
     def own_posterior(self, frame: Array) -> Posterior:
         """Posterior of a frame by itself, shape (P,); not finite where a pixel is not used."""
-        return self._own(frame, self._search.lines(frame))
+        return self._own(frame, self._search.light.lines(frame))
 
     def explanations(self, frame: Array, attempts: int, mend: bool) -> tuple[Posterior, list[Top]]:
         """What some attempts find in a frame, the best first, whether it explains it or not."""
-        lines = self._search.lines(frame)
+        lines = self._search.light.lines(frame)
         posterior = self._own(frame, lines)
         return posterior, self._frame_search.found(posterior, lines, attempts, mend).tops
 
     def _own(self, frame: Array, lines: Lines, sound: Array | None = None) -> Posterior:
-        pace, _ = self._search.true_pace(lines, lines.light)
+        pace, _ = self._search.light.true_pace(lines, lines.light)
         return self.posterior(frame, self._search.pushing(pace), sound=sound)
 
     def _silent(self, posterior: Posterior) -> Top | None:

@@ -15,7 +15,8 @@ from fringeforce.estimation.phase_stretches import Hidden
 from fringeforce.estimation.posterior import HEATS, TEMPERED, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_VERDICT
 from fringeforce.reading.contact_prior import push_of, slipping
-from fringeforce.reading.posterior_search import BINS, CANDIDATES, Lines, PosteriorSearch
+from fringeforce.reading.frame_light import Lines
+from fringeforce.reading.posterior_search import BINS, CANDIDATES, PosteriorSearch
 from fringeforce.reading.strip_explanations import Explanations, alike_within, same_phase
 from fringeforce.reading.strip_frames import MISSED
 
