@@ -17,7 +17,8 @@ from fringeforce.estimation.frame_model import EVEN, HERTZ, FrameModel
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, WIDTH
 from fringeforce.models.line_moments import FOLLOWED_STDS, MOMENTS, MOST_MOMENTS
 from fringeforce.models.strip import characterize
-from fringeforce.models.uncertainty import NARROW, random_field, uncertainty
+from fringeforce.models.strip_nodes import random_field
+from fringeforce.models.uncertainty import NARROW, uncertainty
 
 DOUBT = {
     "place": 0.1e-3,

@@ -16,9 +16,11 @@ from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import number_at, with_values
 from fringeforce.estimation.frame_exposure import influence_slopes
 from fringeforce.models.as_built import RESIDUAL
+from fringeforce.models.design_modes import DRIFTS
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import DRIFTS, at_nodes, places_of_fields, uncertainty
+from fringeforce.models.strip_nodes import at_nodes, places_of_fields
+from fringeforce.models.uncertainty import uncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
 
 CAMERA = "camera.shift", "camera.scale"

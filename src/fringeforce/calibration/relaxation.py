@@ -23,8 +23,8 @@ from fringeforce.calibration.load_log import LoadLog
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.models.creep import Creep, checked_times
+from fringeforce.models.design_modes import RELAXATION
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import RELAXATION
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
 

@@ -26,7 +26,7 @@ from fringeforce.models.imaging import ABSOLUTE
 from fringeforce.models.node_splines import coefficients
 from fringeforce.models.smooth_field import karhunen_loeve
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import FIELD_SAMPLES, SPLINE_SAMPLES, at_nodes
+from fringeforce.models.strip_nodes import FIELD_SAMPLES, SPLINE_SAMPLES, at_nodes
 
 CAMERA = "camera shift", "camera scale"
 CERTAIN = 1e-4

@@ -53,7 +53,7 @@ from fringeforce.estimation.frame_exposure import expose, node_phase, positive
 from fringeforce.estimation.shared_fit import Eliminated
 from fringeforce.models.as_built import PLACEMENT, WIDTH
 from fringeforce.models.strip import characterize
-from fringeforce.models.uncertainty import FIELD_SAMPLES, SPLINE_SAMPLES
+from fringeforce.models.strip_nodes import FIELD_SAMPLES, SPLINE_SAMPLES
 from fringeforce.optics.camera import least_phase
 
 SHIFTS = np.arange(-2.0, 2.1, 0.25)

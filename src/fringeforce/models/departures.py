@@ -29,11 +29,13 @@ from fringeforce.estimation.frame_model import (
 )
 from fringeforce.mechanics.surface_influence import surface_influence
 from fringeforce.models.as_built import LIGHT_LENGTH, PLACEMENT, RESIDUAL, WIDTH
+from fringeforce.models.crosstalk import Crosstalk
 from fringeforce.models.line_moments import mixed
 from fringeforce.models.node_splines import coefficients
 from fringeforce.models.strip import SensorModel, characterize
+from fringeforce.models.strip_nodes import random_field
 from fringeforce.models.strip_width import light_line
-from fringeforce.models.uncertainty import Crosstalk, Uncertainty, random_field, uncertainty
+from fringeforce.models.uncertainty import Uncertainty, uncertainty
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 Array = NDArray[np.float64]

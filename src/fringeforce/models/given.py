@@ -15,7 +15,7 @@ from fringeforce.design.strip import Sensor
 from fringeforce.design.validation import validated
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import NODES
+from fringeforce.models.strip_nodes import NODES
 
 GAUSS_POINTS = 4
 """Gauss points between stations: they hold the cubic spline through the stations exactly."""

@@ -18,6 +18,7 @@ from fringeforce.base.arrays import Array, Index, Single
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import with_values
 from fringeforce.models import splines
+from fringeforce.models.design_modes import DRIFTS
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_unknowns import (
     BLUR,
@@ -30,7 +31,6 @@ from fringeforce.models.pad_unknowns import (
     is_form,
     value_of,
 )
-from fringeforce.models.uncertainty import DRIFTS
 from fringeforce.optics.area_camera import Lens, Picture, pictures
 
 SHARPEST_LENS = 1e-2

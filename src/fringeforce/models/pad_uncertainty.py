@@ -29,6 +29,7 @@ from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import with_values
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
+from fringeforce.models.design_modes import DRIFTS
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.line_moments import FOLLOWED_STDS
 from fringeforce.models.pad import PadModel
@@ -56,7 +57,6 @@ from fringeforce.models.pad_unknowns import (
     value_of,
 )
 from fringeforce.models.smooth_field import SmoothField
-from fringeforce.models.uncertainty import DRIFTS
 
 Number = TypeVar("Number", bound=np.generic)
 Made = TypeVar("Made")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import number_at
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
-from fringeforce.models.uncertainty import DRIFTS
+from fringeforce.models.design_modes import DRIFTS
 
 LIGHT = "camera.amplitude", "camera.offset"
 REGISTRATION = "camera.shift_x", "camera.shift_y", "camera.scale"

@@ -28,9 +28,10 @@ from fringeforce.estimation.linearised_frame import (
     spread_profiles,
 )
 from fringeforce.estimation.shared_fit import FrameTerms
+from fringeforce.models.crosstalk import Crosstalk
 from fringeforce.models.imaging import Imaging
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import Crosstalk, at_nodes
+from fringeforce.models.strip_nodes import at_nodes
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -22,7 +22,7 @@ from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import REACH, number_at, with_values
 from fringeforce.estimation.residual_test import FALSE_VERDICT, PLAIN, square_limit
 from fringeforce.models.creep import Creep
-from fringeforce.models.uncertainty import RELAXING
+from fringeforce.models.design_modes import RELAXING
 from fringeforce.reading.batch import Batch
 from fringeforce.reading.reading import Reading, Status
 

@@ -11,7 +11,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from fringeforce.base.arrays import Array
-from fringeforce.models.uncertainty import RATIO, Uncertainty
+from fringeforce.models.design_modes import RATIO
+from fringeforce.models.uncertainty import Uncertainty
 
 PRODUCTS = 1e-3
 """Products of what values of the design, the camera and contacts change in the influence, over its

@@ -18,12 +18,12 @@ from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import Tolerances, limits, number_at, with_values
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
+from fringeforce.models.design_modes import DRIFTS
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_knowledge import PadKnowledge
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.models.pad_unknowns import BLUR, FIELDS, UNEVEN
-from fringeforce.models.uncertainty import DRIFTS
 
 WITHIN = 3.1
 """Deviations that a drawing allows a value to be from the end of its range, and a little more."""

@@ -36,9 +36,11 @@ from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.shared_fit import Eliminated
 from fringeforce.models.as_built import PLACEMENT, WIDTH
+from fringeforce.models.crosstalk import Crosstalk
 from fringeforce.models.imaging import ABSOLUTE, Calibration, Imaging, pixel_noise
 from fringeforce.models.strip import SensorModel
-from fringeforce.models.uncertainty import Crosstalk, at_nodes, uncertainty
+from fringeforce.models.strip_nodes import at_nodes
+from fringeforce.models.uncertainty import uncertainty
 from fringeforce.optics.camera import noise_variance
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.strip_reader import StripFrameReader
