@@ -22,6 +22,10 @@ from fringeforce.explorer.page import Page, Process
 from fringeforce.explorer.protocol import AboutDesign
 from fringeforce.explorer.tasks import Answer, Solved, solve
 
+NICENESS = 5
+"""By how much a process that may take long steps back: beside processes that are busy all the time
+it still gets a third of what each of these gets, where 10 would leave a tenth."""
+
 
 class Worker:
     """One process that is started when needed, and again if it dies; it ends with this one.
@@ -104,7 +108,7 @@ def _serve(pipe: Connection, patient: bool, folder: str | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # not every system knows the word
     if patient and hasattr(os, "nice"):
-        os.nice(10)
+        os.nice(NICENESS)
     with suppress(EOFError, OSError):
         while True:
             function, arguments = pipe.recv()
