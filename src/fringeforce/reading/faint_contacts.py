@@ -12,7 +12,7 @@ from scipy.ndimage import minimum_filter
 
 from fringeforce.base.arrays import Array
 from fringeforce.estimation.frame_exposure import expose
-from fringeforce.models.skin import PLACE, WIDTH, Contacts
+from fringeforce.models.skin import PLACE, Contacts
 from fringeforce.reading.skin_fit import Explanation, Seen
 
 FAINT = 1.0
@@ -64,11 +64,11 @@ def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
 def _beside(seen: Seen, one: Explanation, others: Contacts) -> list[Contacts]:
     """One more contact beside others, the likeliest first."""
     skin = seen.skin
-    half = skin.drawn[WIDTH]
-    first, last = float(skin.places[0] + half), float(skin.places[-1] - half)
-    count = int(np.ceil((last - first) / (SPACING * skin.cover))) + 1
+    extent = skin.places[-1] - skin.places[0]
+    count = int(np.ceil(extent / (SPACING * skin.cover))) + 1
     geometry = np.repeat(skin.drawn[None], count, axis=0)
-    geometry[:, PLACE] = np.linspace(first, last, count)
+    geometry[:, PLACE] = np.linspace(skin.places[0], skin.places[-1], count)
+    geometry = np.unique(skin.limited(geometry), axis=0)
     units = skin.touched(geometry).moments[:, :, 0]
     directions = np.column_stack([np.ones(len(DIRECTIONS)), skin.friction * DIRECTIONS])
     largest = FAINT / np.abs(directions @ units).max(axis=2)
