@@ -7,12 +7,14 @@ their light, not by their phase.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.ndimage import minimum_filter
 
 from fringeforce.base.arrays import Array
 from fringeforce.estimation.frame_exposure import expose
-from fringeforce.models.skin import PLACE, Contacts
+from fringeforce.models.skin import PLACE, Contacts, SkinModel
 from fringeforce.reading.skin_fit import Explanation, Seen
 
 FAINT = 1.0
@@ -53,27 +55,50 @@ def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
         The likeliest of each kind first.
     """
     forces, geometry = one.contacts.sorted()
-    count, found = len(forces), _beside(seen, one, one.contacts)
+    trials = _Trials.on(seen.skin)
+    count, found = len(forces), _beside(seen, one, one.contacts, trials)
     for taken in (*range(1, min(count, MOST_REPLACED + 1)), count):
         for k in range(count - taken + 1):
             rest = np.r_[:k, k + taken : count]
-            found += _beside(seen, one, Contacts(forces[rest], geometry[rest]))
+            found += _beside(seen, one, Contacts(forces[rest], geometry[rest]), trials)
     return found
 
 
-def _beside(seen: Seen, one: Explanation, others: Contacts) -> list[Contacts]:
-    """One more contact beside others, the likeliest first."""
-    skin = seen.skin
-    extent = skin.places[-1] - skin.places[0]
-    count = int(np.ceil(extent / (SPACING * skin.cover))) + 1
-    geometry = np.repeat(skin.drawn[None], count, axis=0)
-    geometry[:, PLACE] = np.linspace(skin.places[0], skin.places[-1], count)
-    geometry = np.unique(skin.limited(geometry), axis=0)
-    units = skin.touched(geometry).moments[:, :, 0]
-    directions = np.column_stack([np.ones(len(DIRECTIONS)), skin.friction * DIRECTIONS])
-    largest = FAINT / np.abs(directions @ units).max(axis=2)
-    tried = largest[:, :, None, None] * AMOUNTS[:, None] * directions[:, None]
+class _Trials(NamedTuple):
+    """Single contacts that are tried.
 
+    Attributes
+    ----------
+    geometry : ndarray, shape (k, GEOMETRY)
+        Of each, from one end of the skin to the other.
+    units : ndarray, shape (k, 2, m)
+        Phase at the nodes under unit forces [rad/N].
+    forces : ndarray, shape (k, directions, amounts, 2)
+        Normal and tangential ones that are tried [N].
+    """
+
+    geometry: Array
+    units: Array
+    forces: Array
+
+    @classmethod
+    def on(cls, skin: SkinModel) -> _Trials:
+        """All over a skin."""
+        extent = skin.places[-1] - skin.places[0]
+        count = int(np.ceil(extent / (SPACING * skin.cover))) + 1
+        geometry = np.repeat(skin.drawn[None], count, axis=0)
+        geometry[:, PLACE] = np.linspace(skin.places[0], skin.places[-1], count)
+        geometry = np.unique(skin.limited(geometry), axis=0)
+        units = skin.touched(geometry).moments[:, :, 0]
+        directions = np.column_stack([np.ones(len(DIRECTIONS)), skin.friction * DIRECTIONS])
+        largest = FAINT / np.abs(directions @ units).max(axis=2)
+        forces = largest[:, :, None, None] * AMOUNTS[:, None] * directions[:, None]
+        return cls(geometry, units, forces)
+
+
+def _beside(seen: Seen, one: Explanation, others: Contacts, trials: _Trials) -> list[Contacts]:
+    """One more contact beside others, the likeliest first."""
+    skin, tried = seen.skin, trials.forces
     # a frame's model has one contact at least
     dark = others if len(others.forces) else Contacts(np.zeros((1, 2)), skin.drawn[None])
     model = skin.touched(dark.geometry)
@@ -90,7 +115,7 @@ def _beside(seen: Seen, one: Explanation, others: Contacts) -> list[Contacts]:
         return (expose(model._replace(fixed=model.fixed + phase), unknowns)[0] - base) * weights
 
     squares = np.empty(tried.shape[:3])  # less those of what the others leave
-    for k, unit in enumerate(units):
+    for k, unit in enumerate(trials.units):
         scale = FAINT / 2 / np.abs(unit).max(axis=1)
         normal, tangential = scale[:, None] * unit
         odd, even = list[Array](), list[Array]()
@@ -109,7 +134,7 @@ def _beside(seen: Seen, one: Explanation, others: Contacts) -> list[Contacts]:
     return [
         Contacts(
             np.vstack([others.forces, tried[at][amounts[at]]]),
-            np.vstack([others.geometry, geometry[at[0]]]),
+            np.vstack([others.geometry, trials.geometry[at[0]]]),
         )
         for at in likeliest
     ]
