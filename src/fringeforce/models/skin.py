@@ -145,14 +145,16 @@ class SkinModel:
         return NARROWEST * self.cover
 
     def limited(self, geometry: Array) -> Array:
-        """Geometry on the skin and with half widths that make sense."""
-        found = geometry.copy()
-        most = (self.places[-1] - self.places[0]) / 2
-        widest = min(WIDEST * self.cover, most)
-        half = np.minimum(np.maximum(np.abs(found[:, WIDTH]), self.narrowest), widest)
-        first, last = self.places[0] + half, self.places[-1] - half
-        found[:, WIDTH] = half
-        found[:, PLACE] = np.minimum(np.maximum(found[:, PLACE], first), last)
+        """Geometry on the skin and with half widths that make sense.
+
+        Beside an end of the skin a contact becomes narrower and keeps its place.
+        """
+        found, least = geometry.copy(), self.narrowest
+        first, last = self.places[0], self.places[-1]
+        place = found[:, PLACE] = np.clip(found[:, PLACE], first + least, last - least)
+        beside = np.minimum(place - first, last - place)
+        most = np.maximum(np.minimum(beside, WIDEST * self.cover), least)
+        found[:, WIDTH] = np.clip(np.abs(found[:, WIDTH]), least, most)
         return found
 
     def shares(self, geometry: Array) -> Array:

@@ -45,12 +45,7 @@ from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed, st
 from fringeforce.reading.skin_result import SkinResult
 from fringeforce.reading.skin_search import MOST_CONTACTS, SkinSearch
 from fringeforce.reading.strip_explanations import same_phase
-from fringeforce.reading.strip_frames import (
-    HOPELESS_LOSS,
-    MISSED,
-    StripFrames,
-    doubted,
-)
+from fringeforce.reading.strip_frames import HOPELESS_LOSS, StripFrames, doubted
 
 SPAN = 1.5
 """Phase that bins of pixels may span while explanations are looked for, which takes a tenth of the
@@ -58,6 +53,9 @@ fringes' contrast [rad]."""
 INCOMPLETE = 2e-3
 """Chance of noise below which the best that a search finds may not be all: contacts have so few
 unknowns that wrong ones leave much more."""
+SETTLED = 0.05
+"""Chance of noise above which an explanation ends the search: one right one in twenty is compared
+with others in vain, and a wrong one that leaves so little more than noise is rarer still."""
 IMAGES, RIVAL_GROWTH, MENDING_GROWTH = 8, 250.0, 2500.0
 """Mirror images that are tried of an explanation, and the expected growth of the loss up to which
 they are: of what explains the frame, of what does not."""
@@ -262,11 +260,11 @@ class SkinReader(StripFrames):
         for number, phase in enumerate(self._search.phases(lines)):
             tried.append(phase)
             met = _ordered(met + self._pressed(seen, phase, met))
-            if met and met[0].chance > MISSED:
+            if met and _settled(met[0]):
                 break
             if met and number % PAUSE == PAUSE - 1 and met[0].top.square < 2 * met[0].top.count:
                 met = _ordered(met + self._mirrored(seen, met[0], met, tried, MENDING_GROWTH))
-                if met[0].chance > MISSED:
+                if _settled(met[0]):
                     break
         if silent is not None:
             met = _ordered([*met, silent])
@@ -283,8 +281,8 @@ class SkinReader(StripFrames):
     def _pressed(self, seen: Seen, phase: Array, met: list[Explanation]) -> list[Explanation]:
         """What contacts that cause about a phase explain, as few as do."""
         found = list[Explanation]()
-        explained = bool(met) and met[0].chance > FALSE_VERDICT
-        best = met[0] if explained else None
+        explained = bool(met) and _settled(met[0])
+        best = met[0] if met and met[0].chance > FALSE_VERDICT else None
         loads, misfit = self._search.pressed(phase - self._strained(best))
         if not loads[:, 0].sum() > 0 or (explained and misfit > MISFIT):
             return found
@@ -296,11 +294,8 @@ class SkinReader(StripFrames):
             one = self._climbed(seen, contacts, best, bound=bound)
             better = not found or one.top.loss < found[-1].top.loss - NEGLIGIBLE_LOSS
             found.append(one)
-            if (
-                one.chance > MISSED
-                or not better
-                or one.top.loss > bound + HOPELESS_LOSS * one.top.count
-            ):
+            hopeless = one.top.loss > bound + HOPELESS_LOSS * one.top.count
+            if _settled(one) or not better or hopeless:
                 break
         return found
 
@@ -541,6 +536,11 @@ def goes_on(found: Explanation, last: Explanation) -> bool:
     now, before = found.contacts.forces[:, 0], last.contacts.forces[:, 0]
     alike = (now <= JUMPED * before) & (before <= JUMPED * now)
     return bool((beside & alike).all()) and motion(found.phase, last.phase) < JUMP
+
+
+def _settled(one: Explanation) -> bool:
+    """Whether an explanation is good enough to end the search for others."""
+    return one.chance > SETTLED and not one.spoilt(0.0)
 
 
 def _slip(one: Explanation) -> float:
