@@ -14,7 +14,7 @@ from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.phase_stretches import motion
 from fringeforce.estimation.posterior import sharp
 from fringeforce.estimation.residual_test import FALSE_VERDICT
-from fringeforce.models.skin import PLACE, WIDTH
+from fringeforce.models.skin import FIRST_SHAPE, PLACE, WIDTH
 from fringeforce.reading.batch import Batch, Progress
 from fringeforce.reading.departure_test import Retests
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS, Follower
@@ -24,13 +24,20 @@ from fringeforce.reading.skin_reader import FAINT_FORCE, SkinReader, goes_on
 from fringeforce.reading.skin_result import SkinResult
 
 LINEAR_MOVE = np.array([0.1, 0.3])
-"""Change of place and half width, in half widths, up to which a linearisation holds: what is left
-out is of second order, and less for widths, whose own effect is of second order."""
+"""Change of place and half width, in half widths, up to which a linearisation holds at most: what
+is left out is of second order, and less for widths, whose own effect is of second order."""
 GROWN = 1.3
-"""Factor by which a force may grow or shrink until deviations are found anew."""
+"""Factor by which a force may grow or shrink at most until deviations are found anew."""
 SHEARED = 0.05
-"""Change of a tangential force over the normal one up to which a linearisation holds: shapes of the
-shear, whose effect is in proportion to it, are uncertain by as much as the shear itself."""
+"""Change of a tangential force over the normal one up to which a linearisation holds at most:
+shapes of the shear, whose effect is in proportion to it, are uncertain by as much as the shear."""
+MISSED = 0.3
+"""Deviations that a linearisation may miss forces, places and widths by at the end of its reach: as
+much as adds a tenth to their squares."""
+FIRST_REACH = 0.25
+"""Share of the largest reach of a linearisation until it is known what one misses."""
+LONGER = 2.0
+"""Factor by which the reach of a linearisation becomes longer at most, from one to the next."""
 WAVES_INTERVAL = 64
 """Frames after which smooth waves of what is left are looked for."""
 
@@ -55,6 +62,7 @@ class SkinFollower(Follower):
         self._like: SkinResult | None = None
         self._probability, self._age, self._silent, self._size = 0.0, 0, False, 1
         self._strain = self._broken = 0.0
+        self._reach = FIRST_REACH
         self._retests = Retests()
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
@@ -79,6 +87,7 @@ class SkinFollower(Follower):
             self._probability, self._broken = reading.probability, last.top.broken
             self._begin(last)
             if not reading.tracked:
+                self._reach = FIRST_REACH
                 self._retests.begin(float(last.phase @ last.phase))
         return reading
 
@@ -146,7 +155,7 @@ class SkinFollower(Follower):
             self._age = 0
         if self._moved(found):
             fallen = found.contacts.forces[:, 0] < found.centre.forces[:, 0] / GROWN
-            seen = self._seen(frame, found)
+            seen, linear = self._seen(frame, found), found
             found = renewed(seen, found)
             # the linearisation that a large step was judged by does not hold at its end
             if found.chance < FALSE_VERDICT or found.spoilt(self._broken):
@@ -154,6 +163,7 @@ class SkinFollower(Follower):
             if not goes_on(found, last):
                 return None
             like = self._begin(found)
+            self._adapt(SkinResult(self._single.skin, linear).values, like)
             if (
                 fallen.any()
                 and (found.contacts.forces[:, 0] <= FAINT_FORCE * like.deviations).any()
@@ -166,14 +176,23 @@ class SkinFollower(Follower):
         self._last = found
         return found
 
+    def _adapt(self, values: Array, renewed_one: SkinResult) -> None:
+        """Set the reach of linearisations by what the last one missed, of second order in it."""
+        std = np.sqrt(np.diag(renewed_one.joint)).reshape(values.shape)
+        known = slice(0, FIRST_SHAPE + 2)
+        missed = (np.abs(values - renewed_one.values) / std)[:, known].max()
+        longer = np.sqrt(MISSED / max(missed, MISSED / LONGER**2))
+        self._reach = float(min(self._reach * longer, 1.0))
+
     def _moved(self, found: Explanation) -> bool:
         """Whether contacts are no longer where they were linearised, or much stronger or weaker."""
-        here, there = found.contacts.geometry, found.centre.geometry
-        far = np.abs(here - there)[:, [PLACE, WIDTH]] > LINEAR_MOVE * there[:, WIDTH, None]
+        here, there, reach = found.contacts.geometry, found.centre.geometry, self._reach
+        far = np.abs(here - there)[:, [PLACE, WIDTH]] > reach * LINEAR_MOVE * there[:, WIDTH, None]
         now, before = found.contacts.forces, found.centre.forces
         size = np.abs(now[:, 0] / np.where(before[:, 0] == 0, 1e-12, before[:, 0]))
-        sheared = np.abs(now[:, 1] - before[:, 1]) > SHEARED * np.abs(before[:, 0])
-        changed = far.any(axis=1) | (size > GROWN) | (size < 1 / GROWN) | sheared
+        sheared = np.abs(now[:, 1] - before[:, 1]) > reach * SHEARED * np.abs(before[:, 0])
+        grown = np.abs(np.log(np.maximum(size, 1e-12))) > reach * np.log(GROWN)
+        changed = far.any(axis=1) | grown | sheared
         # what large strain adds grows with the square of the forces, of which this leaves the last
-        grown = np.abs(now - before).max() / max(np.abs(before).max(), 1e-12)
-        return bool(changed.any() or grown**2 * self._strain > 1)
+        beyond = np.abs(now - before).max() / max(np.abs(before).max(), 1e-12)
+        return bool(changed.any() or beyond**2 * self._strain > 1)
