@@ -16,8 +16,9 @@ from fringeforce.io.tables import save_contacts
 from fringeforce.models.presses import tractions
 from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts
 from fringeforce.reading.faint_contacts import faint_starts
-from fringeforce.reading.skin_fit import climbed
+from fringeforce.reading.skin_fit import Seen, climbed
 from fringeforce.reading.skin_reader import SkinReader
+from fringeforce.reading.skin_result import SkinResult
 from fringeforce.studies.summary import summary
 
 FAR = 5.0
@@ -117,6 +118,40 @@ def test_widths_are_those_of_the_contacts(model: ff.SensorModel, reader: ff.Read
         assert one.width_std is not None
         assert abs(one.width - width) < FAR * one.width_std
         assert one.width_std < 0.2 * width
+
+
+@pytest.mark.parametrize(("radius", "normal", "tangential"), [(4e-3, 4.0, 0.2), (8e-3, 3.0, -1.2)])
+def test_contacts_wider_than_a_thin_cover_are_described(
+    radius: float, normal: float, tangential: float
+) -> None:
+    sensor = ff.load_sensor("skin").replace(
+        **{
+            "transducer.edges": "roller",
+            "transducer.compliant.thickness": 0.25e-3,
+            "transducer.compliant.youngs_modulus": 5e6,
+        }
+    )
+    model = ff.characterize(sensor)
+    press = ff.Press(x=0.3e-3, normal=normal, tangential=tangential, radius=radius)
+    true = tractions(sensor, press)
+    assert true.width > 2 * 2 * sensor.transducer.compliant.thickness
+    single = SkinReader(model)
+    geometry = single.skin.drawn[None].copy()
+    geometry[0, [PLACE, WIDTH]] = true.centre, true.width / 2
+    levels = model.expose([press], rng=5)
+    seen = Seen(single.skin, levels.astype(float), normal)
+    found = climbed(seen, Contacts(true.forces.sum(axis=0)[None], geometry))
+    assert found.chance > 1e-3
+    # what noise moves it by: as many squares as there are unknowns, or fewer, 1 in 10^6 beyond
+    result = SkinResult(single.skin, found)
+    off = result.phase(model) - model.phase([press])
+    strength = model.sensor.camera.amplitude / 2 / model.sensor.camera.noise
+    assert np.square(strength * off).sum() / 2 < chi2.isf(1e-6, 2 + GEOMETRY)
+    total = result.total()
+    assert total.width is not None
+    assert total.width_std is not None
+    assert abs(total.width - true.width) < FAR * total.width_std
+    assert total.width_std < 0.02 * true.width
 
 
 def test_tractions_carry_the_forces(model: ff.SensorModel, reader: ff.Reader) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.models.skin import FIRST_SHAPE, PLACE, WIDTH, Contacts
+from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, Contacts
 from fringeforce.reading.skin_following import SkinFollower
 from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.reading.skin_result import SkinResult
@@ -43,20 +43,18 @@ def test_covariances_are_those_of_numerical_derivatives(result: SkinResult, whic
 
     contacts, columns = result.one.contacts, list[np.ndarray]()
     for k in range(len(contacts.forces)):
-        steps = [*(1e-6 * np.eye(2)), *(1e-9 * np.eye(2))]
-        for number, step in enumerate(steps):
+        lengths = [2 + PLACE, 2 + WIDTH]
+        for number in range(2 + GEOMETRY):
             forces, geometry = contacts.forces.copy(), contacts.geometry.copy()
+            step = 1e-9 if number in lengths else 1e-6
             if number < 2:
-                forces[k] += step
+                forces[k, number] += step
             else:
-                geometry[k, [PLACE, WIDTH]] += step
+                geometry[k, number - 2] += step
             moved = stated(changed(result, Contacts(forces, geometry))).values
-            columns.append((moved - stated(result).values) / step.max())
+            columns.append((moved - stated(result).values) / step)
     slopes = np.column_stack(columns)
-    size = 2 + contacts.geometry.shape[1]
-    own = np.concatenate([k * size + np.arange(2 + FIRST_SHAPE) for k in range(2)])
-    joint = result.joint[np.ix_(own, own)]
-    std = np.sqrt(np.diag(slopes @ joint @ slopes.T))
+    std = np.sqrt(np.diag(slopes @ result.joint @ slopes.T))
     np.testing.assert_allclose(stated(result).std, std, rtol=1e-3, atol=1e-12)
 
 
@@ -68,7 +66,9 @@ def test_a_contact_is_where_it_is_however_little_it_presses(result: SkinResult) 
         found = changed(result, Contacts(weak, geometry)).contacts()[-1]
         assert found.force[0] == size
         assert found.centre[0] == geometry[1, PLACE]
-        assert found.width == pytest.approx(2 * geometry[1, WIDTH])
+        apart = result.skin.places - geometry[1, PLACE]
+        pressure = result.skin.shares(geometry)[1, 0]
+        assert found.width == pytest.approx(4 * np.sqrt(pressure @ np.square(apart)))
         assert np.isfinite(found.covariance).all()
 
 

@@ -6,8 +6,9 @@ A contact has a force, a place, a half width and a shape.  On its half width a i
 
 and likewise of the shear force, with Chebyshev's polynomials U_k of the second kind: the first term
 is Hertz's pressure (K. L. Johnson, Contact Mechanics, 1985, section 4.2), the others are what real
-contacts add: friction, partial slip, edges.  U_1 and U_2 of the pressure are left out, for place
-and width are as good.
+contacts add: friction, partial slip, edges, a cover that is thin beside the contact.  U_1 of the
+pressure is left out, for the place is as good.  So is the width for U_2 of narrow contacts, but not
+beneath covers that a contact is wider than.
 """
 
 from __future__ import annotations
@@ -37,20 +38,29 @@ from fringeforce.models.skin_influence import (
     GEOMETRY,
     PLACE,
     PRESSURE,
+    SECOND,
     SHEAR,
     WIDTH,
     fill_contacts,
 )
 from fringeforce.models.uncertainty import Uncertainty
 
-SHAPES = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.1])
+SHAPES = np.array([-0.05, 0.0, 0.0, 0.0, 0.5, 0.0, 0.1])
 """Means of the coefficients c_k, pressure first."""
-SHAPE_STDS = np.array([0.03, 0.12, 0.05, 0.35, 0.06, 0.25])
-"""Their standard deviations.  Rigid cylinders of 1 to 10 mm with friction on a thin cover have a
-pressure with c_3 = 0.02 and c_4 = 0 to 0.08 and, in partial slip, a shear with c_2 = 0.1 to 1 and
-c_4 = -0.1 to 1.2; a uniform pressure has c_4 = -0.2, that of a soft finger 0.15."""
-QUADRATURE = 16
-"""Line loads that stand for a traction; exact for polynomials of degree 31 in the influence."""
+SHAPE_STDS = np.array([0.1, 0.03, 0.12, 0.05, 0.35, 0.06, 0.25])
+"""Their standard deviations.  Under rigid cylinders of 1 to 10 mm with friction, on half widths of
+their own, the pressure has c_2 = -0.01, -0.04, -0.09 and -0.14 at half widths of 0.3, 1, 2 and 3
+covers, within 0.02, c_3 = 0 within 0.03, and c_4 = -0.01 within 0.01; the shear has c_1 = 0 within
+0.03, c_2 = 0.5 within 0.25, c_3 = 0 within 0.05, c_4 = 0.15 within 0.3, and c_6 = 0.05 within 0.25,
+which the cover hides (`benchmarks/contact_shapes.py`).  A uniform pressure has c_2 = 1/3 and
+c_4 = 1/5, but c_2 = 0 and c_4 = -0.2 on half widths 1.15 times as large; c_4 of a soft finger is
+0.15."""
+LEAST_SPREAD = -0.45
+"""Least coefficient of degree 2 of a pressure; it is -0.43 on a cover that is incompressible and
+thin beside the contact, where pressure goes as (1 - t^2)^2."""
+QUADRATURE = 24
+"""Line loads that stand for a traction; exact for polynomials of degree 47 in the influence, so
+that the phase of contacts of any width is within 3e-4 rad/N."""
 FINE_QUADRATURE = 100
 """The same for the nodal forces of elements, over several of which a contact may reach; one more is
 a prime, so that none lies at a half or a quarter of the width, where elements meet."""
@@ -155,6 +165,7 @@ class SkinModel:
         beside = np.minimum(place - first, last - place)
         most = np.maximum(np.minimum(beside, WIDEST * self.cover), least)
         found[:, WIDTH] = np.clip(np.abs(found[:, WIDTH]), least, most)
+        found[:, SECOND] = np.maximum(found[:, SECOND], LEAST_SPREAD)
         return found
 
     def shares(self, geometry: Array) -> Array:
@@ -382,6 +393,11 @@ def _pressing(strip: FiniteStrip, contacts: Contacts) -> SurfaceLoad:
     where, profile = _profiles(contacts.geometry, FINE_QUADRATURE)
     forces = contacts.forces[:, :, None] * profile
     return strip.pressed(where.ravel(), forces.transpose(0, 2, 1).reshape(-1, 2))
+
+
+def variances(geometry: Array) -> Array:
+    """Variances of the places of the pressure in contacts, shape (k,) [m^2]."""
+    return np.square(geometry[:, WIDTH]) * (1 + geometry[:, SECOND]) / 4
 
 
 def _profiles(geometry: Array, count: int) -> tuple[Array, Array]:

@@ -11,10 +11,12 @@ import numpy as np
 from fringeforce.estimation.compiling import sums, sums_entry
 from fringeforce.models.splines import DEGREE
 
-PRESSURE, SHEAR = (3, 4), (1, 2, 3, 4)
+PRESSURE, SHEAR = (2, 3, 4), (1, 2, 3, 4)
 """Degrees of the shapes that are uncertain."""
 PLACE, WIDTH, FIRST_SHAPE = 0, 1, 2
 """Where place, half width and shapes begin among the unknowns of a contact beside its forces."""
+SECOND = FIRST_SHAPE + PRESSURE.index(2)
+"""Where the coefficient of degree 2 of the pressure is among them, which changes its spread."""
 GEOMETRY = FIRST_SHAPE + len(PRESSURE) + len(SHEAR)
 """Unknowns of a contact beside its forces: place, half width, shapes."""
 

@@ -9,13 +9,14 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.contacts.resultant import Resultant
-from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, SkinModel
+from fringeforce.models.skin import GEOMETRY, PLACE, SECOND, WIDTH, SkinModel, variances
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reading import Traction
 from fringeforce.reading.skin_fit import Explanation
 
-NOTHING = 1e-6
-"""Share of the largest line load below which one is none."""
+NOTHING = 1e-7
+"""Share of the largest line load below which one is none; the others add up to the contacts' forces
+within a millionth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +127,8 @@ class SkinResult:
             shares[0] = normal / push if push > 0 else np.nan
         centre = shares @ place
         apart = place - centre[:, None]
-        square = np.square(half) / 4 + np.square(apart)
+        single = variances(values[:, 2:])
+        square = single + np.square(apart)
         variance = (shares * square).sum(axis=1)
         width = 4 * np.sqrt(np.where(variance > 0, variance, np.nan))
         slope = 8 / width[:, None]
@@ -135,7 +137,8 @@ class SkinResult:
         rows[:, 3, :, 0], rows[:, 3, :, 2 + PLACE] = own * place, own * normal
         rows[:, 5, :, 2 + PLACE] = shares
         rows[:, 6, :, 2 + PLACE] = slope * 2 * shares * apart
-        rows[:, 6, :, 2 + WIDTH] = slope * shares * half / 2
+        rows[:, 6, :, 2 + WIDTH] = slope * shares * 2 * single / half
+        rows[:, 6, :, 2 + SECOND] = slope * shares * np.square(half) / 4
         if count > 1:
             rows[0, 5, :, 0] = apart[0] / push
             rows[0, 6, :, 0] = slope[0] * (square[0] - variance[0]) / push
