@@ -396,8 +396,8 @@ def _pressing(strip: FiniteStrip, contacts: Contacts) -> SurfaceLoad:
 
 
 def variances(geometry: Array) -> Array:
-    """Variances of the places of the pressure in contacts, shape (k,) [m^2]."""
-    return np.square(geometry[:, WIDTH]) * (1 + geometry[:, SECOND]) / 4
+    """Variances of the places of the pressure in contacts of a geometry, shape (...) [m^2]."""
+    return np.asarray(np.square(geometry[..., WIDTH]) * (1 + geometry[..., SECOND]) / 4)
 
 
 def _profiles(geometry: Array, count: int) -> tuple[Array, Array]:

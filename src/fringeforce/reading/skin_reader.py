@@ -34,6 +34,7 @@ from fringeforce.models.skin import (
     Contacts,
     SkinModel,
     large_strain,
+    variances,
 )
 from fringeforce.reading.faint_contacts import faint_starts, is_faint
 from fringeforce.reading.frame_light import Lines
@@ -422,7 +423,7 @@ class SkinReader(StripFrames):
             one = self.skin.drawn.copy()
             one[PLACE] = share @ geometry[pair, PLACE]
             apart = np.square(geometry[pair, PLACE] - one[PLACE])
-            one[WIDTH] = 2 * np.sqrt(share @ (np.square(geometry[pair, WIDTH]) / 4 + apart))
+            one[WIDTH] *= np.sqrt(share @ (variances(geometry[pair]) + apart) / variances(one))
             gap = float(np.diff(geometry[pair, PLACE])[0])
             rest = (np.arange(len(forces)) < k) | (np.arange(len(forces)) > k + 1)
             both = Contacts(

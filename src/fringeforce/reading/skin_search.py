@@ -19,7 +19,15 @@ from fringeforce.base.arrays import Array, Index
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import SAME_PHASE
-from fringeforce.models.skin import FIRST_SHAPE, GEOMETRY, PLACE, WIDTH, Contacts, SkinModel
+from fringeforce.models.skin import (
+    FIRST_SHAPE,
+    GEOMETRY,
+    PLACE,
+    WIDTH,
+    Contacts,
+    SkinModel,
+    variances,
+)
 from fringeforce.reading.frame_light import Lines
 from fringeforce.reading.posterior_search import (
     CANDIDATES,
@@ -178,10 +186,11 @@ class SkinSearch:
         for k, own in enumerate(np.split(kept, ends)):
             force = loads[own].sum(axis=0)
             place = normal[own] @ places[own] / force[0]
-            spread = np.sqrt(normal[own] @ np.square(places[own] - place) / force[0])
+            variance = normal[own] @ np.square(places[own] - place) / force[0]
+            wider = np.sqrt(max(variance / variances(self.skin.drawn), 1.0))
             forces[k] = force
             geometry[k] = self.skin.drawn
-            geometry[k, :FIRST_SHAPE] = place, max(2 * spread, self.skin.drawn[WIDTH])
+            geometry[k, :FIRST_SHAPE] = place, wider * self.skin.drawn[WIDTH]
         strong = forces[:, 0] > WEAK_SHARE * forces[:, 0].max()
         return Contacts(forces[strong], self.skin.limited(geometry[strong]))
 
