@@ -66,7 +66,7 @@ def test_frames_that_contacts_explain_are_refused_by_name(
 ) -> None:
     made, used = departed(single.model, {path: value}), single.usable(None)
     shown = list[tuple[str, float]]()
-    for number in range(32):
+    for number in range(64):
         rng = np.random.default_rng([12, number])
         frame = made.expose(presses(rng), rng=rng)
         reading = single.read(frame)
@@ -78,7 +78,7 @@ def test_frames_that_contacts_explain_are_refused_by_name(
         found = single._departures.shown(one)[0]
         shown.append((found.departure.path, found.size))
     right = [own for name, own in shown if name == path]
-    assert len(right) >= 8
+    assert len(right) >= 16
     assert len(right) > 0.7 * len(shown)
     assert np.median(right) == pytest.approx(size, rel=0.3)
 

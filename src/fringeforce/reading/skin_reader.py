@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.blas_threads import one_blas_thread
@@ -77,6 +78,8 @@ JUMPED = 2.0
 at hundreds of frames a second nothing presses twice as hard in one of them."""
 PAUSE = 3
 """Candidates after which mirror images of the best so far are tried."""
+STATED = [0, 1, 5]
+"""Normal and tangential force and centre of pressure among the values of a total."""
 SAME_CONTACT = 0.1
 """Distance between contacts, in half widths, below which they are the same one."""
 Before = tuple[Explanation, float]
@@ -439,7 +442,7 @@ class SkinReader(StripFrames):
         distinct = _distinct(met, NEGLIGIBLE_LOSS / 2)
         masses = np.array([_mass(one) for one in distinct])
         weights, best = posterior_weights(masses), distinct[masses.argmax()]
-        mine = np.array([same_phase(one.phase, best.phase) for one in distinct])
+        mine = np.array([self._alike(one, best, silent) for one in distinct])
         others = [one for one, own in zip(distinct, mine, strict=True) if not own]
         probability = float(weights[mine].sum())
         chance = min(best.chance, float(np.exp(-_slip(best))))
@@ -448,6 +451,21 @@ class SkinReader(StripFrames):
         none = best is silent and probability >= self.confidence
         status = Status.NO_CONTACT if none else None
         return self.stated(best, probability, status, others=others), best
+
+    def _alike(self, one: Explanation, best: Explanation, silent: Explanation | None) -> bool:
+        """Whether a reading of the best explanation is right as well if another one is.
+
+        Their phases are nearly the same, and the total of the other one, where both have contacts,
+        lies within what the best one states at the confidence.
+        """
+        near = same_phase(one.phase, best.phase)
+        if one is best or one is silent or best is silent or not near:
+            return one is best or near
+        other, own = (SkinResult(self.skin, which).total() for which in (one, best))
+        off = np.array([*(other.force - own.force), other.centre[0] - own.centre[0]])
+        known = own.covariance[np.ix_(STATED, STATED)]
+        limit = chdtri(len(STATED), 1 - self.confidence)
+        return bool(off @ np.linalg.solve(known, off) < limit)
 
     def stated(
         self,

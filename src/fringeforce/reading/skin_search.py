@@ -63,6 +63,9 @@ MOST_CONTACTS = 6
 WEAK_SHARE = 0.05
 """Share of the strongest contact's force below which a contact is noise of the candidate, at first.
 """
+EMPTY = 3
+"""Line loads from one to the next that are the same contact: more than a cover's thickness apart,
+light tells them apart."""
 WIDE_PRESSURE = 2.0
 """Standard deviation of the pressure of a contact, in thicknesses of the cover, beyond which it is
 looked for as two at first."""
@@ -164,10 +167,12 @@ class SkinSearch:
         return phase + changes @ columns.T
 
     def fewest(self, loads: Array) -> int:
-        """Contacts that line loads are at least, each no wider than contacts are."""
+        """Contacts that line loads are at least, each in one piece and not too wide."""
         places, normal = self._places, loads[:, 0]
         kept = np.flatnonzero(normal > SMALL * normal.sum())
-        for count in range(1, MOST_CONTACTS):
+        pieces = np.split(normal[kept], np.flatnonzero(np.diff(kept) > EMPTY) + 1)
+        pushed = np.array([own.sum() for own in pieces])
+        for count in range(np.count_nonzero(pushed > WEAK_SHARE * pushed.max()), MOST_CONTACTS):
             parts = np.split(kept, _groups(places[kept], normal[kept], count))
             if all(
                 _spread(places[own], normal[own]) < WIDE_PRESSURE * self.skin.cover for own in parts
