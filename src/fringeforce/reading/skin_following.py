@@ -176,11 +176,19 @@ class SkinFollower(Follower):
         self._last = found
         return found
 
-    def _adapt(self, values: Array, renewed_one: SkinResult) -> None:
-        """Set the reach of linearisations by what the last one missed, of second order in it."""
-        std = np.sqrt(np.diag(renewed_one.joint)).reshape(values.shape)
+    def _adapt(self, values: Array, anew: SkinResult) -> None:
+        """Set the reach of linearisations by what the last one missed, of second order in it.
+
+        Parameters
+        ----------
+        values : ndarray, shape (k, 2 + GEOMETRY)
+            Forces and geometry of the contacts by the last linearisation, at its end.
+        anew : SkinResult
+            Of the same frame, linearised there.
+        """
+        std = np.sqrt(np.diag(anew.joint)).reshape(values.shape)
         known = slice(0, FIRST_SHAPE + 2)
-        missed = (np.abs(values - renewed_one.values) / std)[:, known].max()
+        missed = (np.abs(values - anew.values) / std)[:, known].max()
         longer = np.sqrt(MISSED / max(missed, MISSED / LONGER**2))
         self._reach = float(min(self._reach * longer, 1.0))
 

@@ -458,9 +458,11 @@ class SkinReader(StripFrames):
         Their phases are nearly the same, and the total of the other one, where both have contacts,
         lies within what the best one states at the confidence.
         """
+        if one is best:
+            return True
         near = same_phase(one.phase, best.phase)
-        if one is best or one is silent or best is silent or not near:
-            return one is best or near
+        if not near or one is silent or best is silent:
+            return near
         other, own = (SkinResult(self.skin, which).total() for which in (one, best))
         off = np.array([*(other.force - own.force), other.centre[0] - own.centre[0]])
         known = own.covariance[np.ix_(STATED, STATED)]
