@@ -31,7 +31,7 @@ GROWN = 1.3
 SHEARED = 0.05
 """Change of a tangential force over the normal one up to which a linearisation holds at most:
 shapes of the shear, whose effect is in proportion to it, are uncertain by as much as the shear."""
-MISSED = 0.3
+LINEAR_ERROR = 0.3
 """Deviations that a linearisation may miss forces, places and widths by at the end of its reach: as
 much as adds a tenth to their squares."""
 FIRST_REACH = 0.25
@@ -189,7 +189,7 @@ class SkinFollower(Follower):
         std = np.sqrt(np.diag(anew.joint)).reshape(values.shape)
         known = slice(0, FIRST_SHAPE + 2)
         missed = (np.abs(values - anew.values) / std)[:, known].max()
-        longer = np.sqrt(MISSED / max(missed, MISSED / LONGER**2))
+        longer = np.sqrt(LINEAR_ERROR / max(missed, LINEAR_ERROR / LONGER**2))
         self._reach = float(min(self._reach * longer, 1.0))
 
     def _moved(self, found: Explanation) -> bool:
