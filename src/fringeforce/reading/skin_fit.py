@@ -167,7 +167,7 @@ def climbed(
             if best is None:
                 contacts = _wider(skin, contacts)
             else:
-                contacts = _between(skin, best.contacts, contacts)
+                contacts = between(skin, best.contacts, contacts)
             continue
         first = posterior.model.at.fields + count * GEOMETRY
         if rest is not None:
@@ -175,7 +175,7 @@ def climbed(
         here = posterior.climbed(start, heats=(), steps=(0, 0))
         if best is not None and rest is not None and here.loss > best.top.loss + CONVERGED / 10:
             # too far: half way back
-            contacts = _between(skin, best.contacts, contacts)
+            contacts = between(skin, best.contacts, contacts)
             rest = (best.top.unknowns[first:] + rest) / 2
             continue
         fall = np.inf if best is None else best.top.loss - here.loss
@@ -184,7 +184,7 @@ def climbed(
         if done:
             break
         top = posterior.climbed(start, heats=(), steps=(0, 4), bound=bound)
-        contacts = _limited(skin, contacts, skin.contacts(posterior.model, top.unknowns))
+        contacts = limited_step(skin, contacts, skin.contacts(posterior.model, top.unknowns))
         rest = top.unknowns[first:]
     if best is None:
         found = climbed(seen.linear, contacts, bound=bound)
@@ -236,13 +236,14 @@ def _wider(skin: SkinModel, one: Contacts) -> Contacts:
     return Contacts(one.forces, skin.limited(geometry))
 
 
-def _between(skin: SkinModel, one: Contacts, other: Contacts) -> Contacts:
+def between(skin: SkinModel, one: Contacts, other: Contacts) -> Contacts:
+    """Contacts half way from some to others."""
     return Contacts(
         (one.forces + other.forces) / 2, skin.limited((one.geometry + other.geometry) / 2)
     )
 
 
-def _limited(skin: SkinModel, before: Contacts, after: Contacts) -> Contacts:
+def limited_step(skin: SkinModel, before: Contacts, after: Contacts) -> Contacts:
     """The step from some contacts to others, as far as a linearisation holds."""
     geometry = after.geometry.copy()
     reach = LONGEST_STEP * np.maximum(before.geometry[:, WIDTH], skin.drawn[WIDTH])

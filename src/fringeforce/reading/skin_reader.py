@@ -287,7 +287,8 @@ class SkinReader(StripFrames):
         found = list[Explanation]()
         explained = bool(met) and _settled(met[0])
         best = met[0] if met and met[0].chance > FALSE_VERDICT else None
-        loads, misfit = self._search.pressed(phase - self._strained(best))
+        wanted = phase - self._strained(best)
+        loads, misfit = self._search.pressed(wanted)
         if not loads[:, 0].sum() > 0 or (explained and misfit > MISFIT):
             return found
         bound = met[0].top.loss + OFF if explained else np.inf
@@ -295,7 +296,8 @@ class SkinReader(StripFrames):
             contacts = self._search.divided(loads, count)
             if contacts is None:
                 break
-            one = self._climbed(seen, contacts, best, bound=bound)
+            start = self._search.fitted(contacts, wanted)
+            one = self._climbed(seen, start, best, bound=bound)
             better = not found or one.top.loss < found[-1].top.loss - NEGLIGIBLE_LOSS
             found.append(one)
             hopeless = one.top.loss > bound + HOPELESS_LOSS * one.top.count

@@ -2,7 +2,7 @@
 
 A beam search follows the phase with loads on a coarse row of patches.  What presses anywhere inside
 the friction cone is then fitted to that phase by nonnegative least squares, for the cone of a plane
-has two rays, and what it finds is divided into contacts.
+has two rays, and what it finds is divided into contacts, which are fitted to the phase in turn.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from scipy.optimize import nnls
 from fringeforce.base.arrays import Array, Index
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.frame_model import FrameModel
-from fringeforce.estimation.hypotheses import SAME_PHASE
+from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE
 from fringeforce.models.skin import (
     FIRST_SHAPE,
     GEOMETRY,
@@ -35,6 +35,7 @@ from fringeforce.reading.posterior_search import (
     PosteriorSearch,
     phase_information,
 )
+from fringeforce.reading.skin_fit import between, limited_step
 
 PATCHES = 1.0, 0.5
 """Widths of the patches of a beam search, in thicknesses of the cover.  Those as wide as the cover
@@ -66,6 +67,8 @@ WEAK_SHARE = 0.05
 EMPTY = 3
 """Line loads from one to the next that are the same contact: more than a cover's thickness apart,
 light tells them apart."""
+FIT_STEPS = 6
+"""Most steps in which contacts are fitted to a phase, for the frame says the rest."""
 WIDE_PRESSURE = 2.0
 """Standard deviation of the pressure of a contact, in thicknesses of the cover, beyond which it is
 looked for as two at first."""
@@ -152,14 +155,18 @@ class SkinSearch:
         misfit : float
             Weighted sum of squares that they leave.
         """
-        known = phase_information(self.skin.uncertain.frame, phase)
-        root = np.sqrt(known / (1 + known * PHASE_ERROR**2))
+        root = np.sqrt(self._certainty(phase))
         wanted = phase - self.skin.uncertain.frame.fixed
         # what the light does not show counts a little, or loads there would be free
         found, misfit = nnls((self._rays * root).T, wanted * root, maxiter=10 * len(self._rays))
         plus, minus = found.reshape(2, -1)
         loads = np.column_stack([plus + minus, self.skin.friction * (plus - minus)])
         return loads, misfit**2
+
+    def _certainty(self, phase: Array) -> Array:
+        """Reciprocal variance of a candidate of the phase at the nodes, shape (m,) [1/rad^2]."""
+        known = phase_information(self.skin.uncertain.frame, phase)
+        return np.asarray(known / (1 + known * PHASE_ERROR**2))
 
     def images(self, phase: Array, push: float, growth: float) -> Array:
         """Phases in which a stretch is mirrored, the likeliest first, shape (k, m)."""
@@ -198,6 +205,45 @@ class SkinSearch:
             geometry[k, :FIRST_SHAPE] = place, wider * self.skin.drawn[WIDTH]
         strong = forces[:, 0] > WEAK_SHARE * forces[:, 0].max()
         return Contacts(forces[strong], self.skin.limited(geometry[strong]))
+
+    def fitted(self, contacts: Contacts, phase: Array) -> Contacts:
+        """The contacts, near some, whose phase is likeliest to be a candidate's.
+
+        Gauss-Newton steps in forces and geometry, with what is known of both before a frame; a step
+        that leaves more is halved.  They stay in the friction cone.
+
+        Parameters
+        ----------
+        contacts : Contacts
+            Where to start.
+        phase : ndarray, shape (m,)
+            At the nodes [rad].
+        """
+        skin, known = self.skin.linear, self._certainty(phase)
+        count, push = contacts.forces.size, contacts.forces[:, 0].sum()
+        best, least = contacts, np.inf
+        for _ in range(FIT_STEPS):
+            model, unknowns = skin.frame(contacts)
+            own = np.r_[:count, model.at.fields : model.at.fields + contacts.geometry.size]
+            fields = model.fields[: contacts.geometry.size]
+            rows = np.concatenate([model.moments.reshape(count, -1), fields])
+            precision, now = skin.prior(model, push).precision[own], unknowns[own]
+            left = phase - model.fixed - now @ rows
+            loss = float(known @ np.square(left) + precision @ np.square(now))
+            if loss > least:
+                contacts = between(skin, best, contacts)
+                continue
+            best, gained, least = contacts, least - loss, loss
+            if gained < NEGLIGIBLE_LOSS:
+                break
+            normal = (rows * known) @ rows.T + np.diag(precision)
+            unknowns[own] += np.linalg.solve(normal, rows @ (known * left) - precision * now)
+            after = skin.contacts(model, unknowns)
+            pushed = np.maximum(after.forces[:, 0], SMALL * push)
+            most = skin.friction * pushed
+            forces = np.column_stack([pushed, np.clip(after.forces[:, 1], -most, most)])
+            contacts = limited_step(skin, contacts, Contacts(forces, after.geometry))
+        return best
 
 
 def _spread(places: Array, weights: Array) -> float:
