@@ -404,7 +404,11 @@ class SkinReader(StripFrames):
             starts = sorted(self._fewer(best), key=lambda start: start[0])[:2]
             if not starts:
                 break
-            tried = [self._climbed(seen, contacts, best, best.others) for _, contacts in starts]
+            caused = best.phase - self._strained(best)
+            tried = [
+                self._climbed(seen, self._search.fitted(contacts, caused), best, best.others)
+                for _, contacts in starts
+            ]
             found += tried
             likeliest = max(tried, key=lambda one: one.evidence)
             if likeliest.evidence < best.evidence:
