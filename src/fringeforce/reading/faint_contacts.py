@@ -64,6 +64,19 @@ def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
     return found
 
 
+def one_more(seen: Seen, one: Explanation) -> list[Contacts]:
+    """The contacts of an explanation and a faint one beside them, the likeliest first.
+
+    Parameters
+    ----------
+    seen : Seen
+        The frame.
+    one : Explanation
+        What explains it in part.
+    """
+    return _beside(seen, one, one.contacts, _Trials.on(seen.skin))
+
+
 class _Trials(NamedTuple):
     """Single contacts that are tried.
 
