@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import minimum_filter
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.models.skin import PLACE, Contacts, SkinModel
 from fringeforce.reading.skin_fit import Explanation, Seen
@@ -36,6 +36,14 @@ def is_faint(seen: Seen, one: Explanation) -> bool:
     return bool(np.abs(one.phase - seen.skin.uncertain.frame.fixed).max() < FAINT)
 
 
+def _faint(seen: Seen, contacts: Contacts) -> Mask:
+    """Which contacts cause so little phase by themselves, shape (k,)."""
+    forces, geometry = contacts
+    units = seen.skin.touched(geometry).moments[:, :, 0]
+    caused = np.einsum("kc,kcm->km", forces, units)
+    return np.asarray(np.abs(caused).max(axis=1) < FAINT)
+
+
 def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
     """Contacts that may explain a frame as well as faint ones do.
 
@@ -55,10 +63,15 @@ def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
         The likeliest of each kind first.
     """
     forces, geometry = one.contacts.sorted()
+    faint = _faint(seen, one.contacts.sorted())
+    if not faint.any():
+        return []
     trials = _Trials.on(seen.skin)
     count, found = len(forces), _beside(seen, one, one.contacts, trials)
     for taken in (*range(1, min(count, MOST_REPLACED + 1)), count):
         for k in range(count - taken + 1):
+            if not faint[k : k + taken].all():
+                continue
             rest = np.r_[:k, k + taken : count]
             found += _beside(seen, one, Contacts(forces[rest], geometry[rest]), trials)
     return found

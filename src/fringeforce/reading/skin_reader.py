@@ -406,7 +406,8 @@ class SkinReader(StripFrames):
         """Explanations of light that hardly tells the sign of its phase, besides those met."""
         pushing = [one for one in met if one is not silent]
         found = list[Explanation]()
-        while pushing and is_faint(seen, best := _likeliest(pushing)):
+        while pushing:
+            best = _likeliest(pushing)
             more = [
                 self._climbed(seen, contacts, best, best.others, best.top.loss + OFF)
                 for contacts in faint_starts(seen, best)
