@@ -45,10 +45,10 @@ def _faint(seen: Seen, contacts: Contacts) -> Mask:
 
 
 def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
-    """Contacts that may explain a frame as well as faint ones do.
+    """Contacts that may explain a frame as well as some of which one or more are faint.
 
-    Each has one contact more, or one in the place of one, of two neighbours or of all, where it
-    leaves less light than its neighbours in place and direction.
+    Each has one contact more, or one in the place of a faint one, of two neighbours or of all that
+    are, where it leaves less light than its neighbours in place and direction.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
     list of Contacts
         The likeliest of each kind first.
     """
-    forces, geometry = one.contacts.sorted()
-    faint = _faint(seen, one.contacts.sorted())
+    contacts = one.contacts.sorted()
+    (forces, geometry), faint = contacts, _faint(seen, contacts)
     if not faint.any():
         return []
     trials = _Trials.on(seen.skin)
@@ -75,19 +75,6 @@ def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
             rest = np.r_[:k, k + taken : count]
             found += _beside(seen, one, Contacts(forces[rest], geometry[rest]), trials)
     return found
-
-
-def one_more(seen: Seen, one: Explanation) -> list[Contacts]:
-    """The contacts of an explanation and a faint one beside them, the likeliest first.
-
-    Parameters
-    ----------
-    seen : Seen
-        The frame.
-    one : Explanation
-        What explains it in part.
-    """
-    return _beside(seen, one, one.contacts, _Trials.on(seen.skin))
 
 
 class _Trials(NamedTuple):

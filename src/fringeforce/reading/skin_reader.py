@@ -37,7 +37,7 @@ from fringeforce.models.skin import (
     large_strain,
     variances,
 )
-from fringeforce.reading.faint_contacts import faint_starts, is_faint, one_more
+from fringeforce.reading.faint_contacts import faint_starts, is_faint
 from fringeforce.reading.frame_light import Lines
 from fringeforce.reading.large_strain import SOLUTIONS
 from fringeforce.reading.posterior_search import phase_information
@@ -276,9 +276,6 @@ class SkinReader(StripFrames):
             if not is_faint(seen, met[0]):
                 met = _ordered(met + self._mirrored(seen, met[0], met, tried, RIVAL_GROWTH))
             met = _ordered(met + self._simplified(seen, met[0]))
-            # what is simpler may leave more than noise does, where a contact is missing
-            if completed := self._completed(seen, _likeliest(met)):
-                met = _ordered(met + completed + self._simplified(seen, _likeliest(completed)))
             met = _ordered(met + self._likewise(seen, met, silent))
             if self.skin.strain is not None:
                 solved = [self._solved(seen, one) for one in _distinct(met, NEGLIGIBLE_LOSS)]
@@ -366,21 +363,6 @@ class SkinReader(StripFrames):
         unknowns[len(unknowns) - own :] = one.others[len(one.others) - own :]
         return one.phase - node_phase(model, unknowns)
 
-    def _completed(self, seen: Seen, best: Explanation) -> list[Explanation]:
-        """Explanations with contacts more whose light is faint, until one is good enough."""
-        found = list[Explanation]()
-        while not _settled(best) and len(best.contacts.forces) < MOST_CONTACTS:
-            more = [
-                self._climbed(seen, contacts, best, best.others, best.top.loss)
-                for contacts in one_more(seen, best)
-            ]
-            found += more
-            nearest = min(more, key=lambda one: one.top.loss)
-            if nearest.top.loss > best.top.loss - NEGLIGIBLE_LOSS:
-                break
-            best = nearest
-        return found
-
     def _mirrored(
         self,
         seen: Seen,
@@ -403,7 +385,7 @@ class SkinReader(StripFrames):
     def _likewise(
         self, seen: Seen, met: list[Explanation], silent: Explanation | None
     ) -> list[Explanation]:
-        """Explanations of light that hardly tells the sign of its phase, besides those met."""
+        """Explanations of faint contacts, whose light hardly tells its sign, besides those met."""
         pushing = [one for one in met if one is not silent]
         found = list[Explanation]()
         while pushing:
