@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from local_server import CHROMIUM, LocalServer
-from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
+from playwright.sync_api import Browser, BrowserContext, Locator, Page, ViewportSize, expect
 
 needs_browser = pytest.mark.skipif(
     CHROMIUM is None, reason="needs a browser; on Debian: apt-get install chromium"
@@ -26,31 +26,44 @@ DESKTOP: ViewportSize = {"width": 1280, "height": 900}
 @contextmanager
 def watched_page(browser: Browser, server: LocalServer) -> Iterator[Page]:
     """A page that writes nothing to the console, and asks no other machine for anything."""
-    context = browser.new_context(viewport=DESKTOP, accept_downloads=True)
-    context.set_default_timeout(WAIT)
-    page = context.new_page()
     complaints: list[str] = []
-    page.on("console", lambda message: complaints.append(message.text))
-    page.on("pageerror", lambda error: complaints.append(str(error)))
 
     def foreign(url: str) -> None:
         if not url.startswith((server.address, "data:", "blob:")):
             complaints.append(url)
 
-    page.on("request", lambda request: foreign(request.url))
-    yield page
-    context.close()
+    with sized_page(browser, "light", DESKTOP["width"]) as page:
+        page.on("console", lambda message: complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("request", lambda request: foreign(request.url))
+        yield page
     assert not complaints, complaints
 
 
 @contextmanager
 def sized_page(browser: Browser, scheme: Any, width: int) -> Iterator[Page]:
     """A page of a width, in light or dark colours."""
-    viewport: ViewportSize = {"width": width, "height": DESKTOP["height"]}
-    context = browser.new_context(viewport=viewport, color_scheme=scheme)
-    context.set_default_timeout(WAIT)
-    yield context.new_page()
-    context.close()
+    page = _visitor(browser).new_page()
+    if width != DESKTOP["width"]:
+        page.set_viewport_size({"width": width, "height": DESKTOP["height"]})
+    if scheme != "light":
+        page.emulate_media(color_scheme=scheme)
+    yield page
+    if page.url.startswith("http"):
+        page.evaluate("localStorage.clear()")
+    page.close()
+
+
+def _visitor(browser: Browser) -> BrowserContext:
+    """Who opens all pages, one after the other: a new visitor costs as much as a test.
+
+    A page that stays open keeps the process alive in which the others are shown.
+    """
+    if not browser.contexts:
+        context = browser.new_context(viewport=DESKTOP, accept_downloads=True)
+        context.set_default_timeout(WAIT)
+        context.new_page()
+    return browser.contexts[0]
 
 
 def expect_accessible(page: Page) -> None:
