@@ -20,7 +20,7 @@ from fringeforce.estimation.frame_exposure import (
     expose,
 )
 from fringeforce.estimation.hypotheses import SAME_PHASE
-from fringeforce.estimation.posterior import Top
+from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_VERDICT, NEARLY_EXPLAINED
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, WIDTH
 from fringeforce.models.departures import (
@@ -32,7 +32,7 @@ from fringeforce.models.departures import (
     drawn_value,
 )
 from fringeforce.models.strip import characterize
-from fringeforce.reading.departure_fit import Fit, begin, distinct
+from fringeforce.reading.departure_fit import DepartureFit, Fit, begin, distinct
 from fringeforce.reading.findings import (
     FOLLOWED,
     HOPELESS,
@@ -94,6 +94,33 @@ ALLOWANCES = (
 the first need readings of their own."""
 
 
+class _Once:
+    """A departure as it began, which climbs to its top once."""
+
+    def __init__(self, fit: DepartureFit) -> None:
+        self._fit, self.top = fit, fit.top
+        self._found: Fit | None = None
+
+    def finish(self) -> Fit:
+        if self._found is None:
+            self._found = self._fit.finish()
+        return self._found
+
+
+class Begun:
+    """Departures that were begun at one phase of a frame, beside what the design states alone."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, DepartureFit] = {}
+
+    def begin(self, posterior: Posterior, departure: Departure, phase: Array) -> DepartureFit:
+        """As the function of that name, but what was begun already goes on from there."""
+        key = id(departure)  # of a list that lasts as long as the reader
+        if key not in self._known:
+            self._known[key] = _Once(begin(posterior, departure, phase))
+        return self._known[key]
+
+
 class Diagnosis:
     """Names the departures of one sensor in frames that its reader refuses.
 
@@ -116,12 +143,12 @@ class Diagnosis:
         frame : ndarray, shape (P,)
             Grey levels; not finite where a pixel is not used.
         """
-        close = list[Array]()
-        fits = self.fits(frame, close)
+        close, begun = list[Array](), Begun()
+        fits = self.fits(frame, close, begun)
         if fits and fits[0].explains(FALSE_VERDICT):
             named = [fits[0], *(fit for fit in fits[1:] if _alike(fits[0], fit))]
             return (sentence(named, self.reader.model),)
-        several = self._together(frame, close[0]) if close else []
+        several = self._together(frame, close[0], begun) if close else []
         if len(several) == 1:
             return (sentence(several, self.reader.model),)
         if several:
@@ -130,7 +157,9 @@ class Diagnosis:
             return (sentence(fits[:1], self.reader.model, explained=False),)
         return (UNEXPLAINED,)
 
-    def fits(self, frame: Array, close: list[Array] | None = None) -> list[Fit]:
+    def fits(
+        self, frame: Array, close: list[Array] | None = None, begun: Begun | None = None
+    ) -> list[Fit]:
         """Every departure at its best, the likeliest first.
 
         Parameters
@@ -139,13 +168,17 @@ class Diagnosis:
             As of `findings`.
         close : list, optional
             Filled with phases that explain the frame if everything is allowed for [rad].
+        begun : Begun, optional
+            Filled with the departures as they begin at the first of these phases.
         """
         close = [] if close is None else close
+        begun = Begun() if begun is None else begun
         posterior = self.reader.own_posterior(frame)
         best: dict[int, Fit] = {}
         for phase in distinct(self._phases(frame, best, close), SAME_PHASE):
+            first = bool(close) and phase is close[0]
             started = [
-                (number, begin(posterior, departure, phase))
+                (number, (begun.begin if first else begin)(posterior, departure, phase))
                 for number, departure in enumerate(self.departures.all)
             ]
             least = min(fit.top.loss for _, fit in started)
@@ -160,7 +193,7 @@ class Diagnosis:
                 break
         return sorted(best.values(), key=lambda fit: -fit.evidence)
 
-    def _together(self, frame: Array, phase: Array) -> list[Fit]:
+    def _together(self, frame: Array, phase: Array, begun: Begun) -> list[Fit]:
         """Few departures that explain a frame together, or none.
 
         Contacts with a place or width each can imitate much, so that others are tried first.
@@ -168,18 +201,23 @@ class Diagnosis:
         plain = [
             one for one in self.departures.all if one.one or one.path not in (PLACEMENT, WIDTH)
         ]
-        return self._selected(frame, phase, plain) or self._selected(
-            frame, phase, list(self.departures.all)
+        return self._selected(frame, phase, plain, begun) or self._selected(
+            frame, phase, list(self.departures.all), begun
         )
 
-    def _selected(self, frame: Array, phase: Array, among: list[Departure]) -> list[Fit]:
+    def _selected(
+        self, frame: Array, phase: Array, among: list[Departure], begun: Begun
+    ) -> list[Fit]:
         """Departures of which the likeliest is added each time, with the sizes corrected after."""
         posterior, chosen = self.reader.own_posterior(frame), list[Fit]()
         for _ in range(MOST_NAMED):
             known = [fit.departure for fit in chosen]
             left = [departure for departure in among if departure not in known]
             started = sorted(
-                (begin(posterior, departure, phase) for departure in left),
+                (
+                    (begin if chosen else begun.begin)(posterior, departure, phase)
+                    for departure in left
+                ),
                 key=lambda fit: fit.top.loss,
             )
             found = [fit.finish() for fit in started[:FOLLOWED]]
