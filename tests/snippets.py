@@ -22,7 +22,7 @@ ELSEWHERE = ("apt-get", "cd", "ffmpeg", "git", "pip", "source", ".venv/bin/pre-c
 """Programs that change the machine, which a test does not run."""
 POOLED = ("optimise", "sweep")
 """Commands that start a process for each core, which imports for longer than the few designs of a
-page take; one process is enough to show that they work."""
+page take; here none is started, for tests of sweeps are about those."""
 
 
 def pages() -> list[Path]:
@@ -87,7 +87,7 @@ def run(text: str) -> str:
             os.chdir(arguments[0])
         elif program == "fringeforce":
             if arguments[0] in POOLED:
-                arguments += ["--workers", "1"]
+                arguments += ["--workers", "0"]
             result = CliRunner().invoke(app, arguments, catch_exceptions=False)
             assert result.exit_code == 0, (arguments, result.output)
             said += result.output
