@@ -17,6 +17,7 @@ See Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 24, for the s
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -174,6 +175,46 @@ def integrated_stress(
     result = np.tensordot(cosines, spectrum, axes=1)
     result[..., 0] += mean
     return result
+
+
+def stress_under_forces(
+    transducer: Transducer, positions: ArrayLike, forces: ArrayLike, x: Array, terms: int = 400
+) -> Array:
+    """As `integrated_stress`, of line loads that act together: their waves are added up first.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        As there.
+    positions : array_like, shape (n,)
+        Where the line loads act [m].
+    forces : array_like, shape (n, 2)
+        Normal and tangential force of each [N].
+    x : ndarray, shape (m,)
+        Where to evaluate [m].
+    terms : int
+        Harmonics.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        Integral of sigma_x - sigma_y over the photoelastic layer [Pa m].
+    """
+    loads = np.asarray(forces, dtype=float)
+    alpha, amplitude = _harmonics(transducer, positions, terms)
+    stress, mean = harmonic_stress(transducer, alpha)
+    waves = np.sum(stress * np.einsum("knc,nc->kc", amplitude, loads), axis=1)
+    at = np.asarray(x, dtype=float).tobytes()
+    return np.asarray(_cosines(at, transducer.length, terms) @ waves + mean * loads[:, 0].sum())
+
+
+@lru_cache(maxsize=2)  # many frames are seen by the same pixels
+def _cosines(x: bytes, length: float, terms: int) -> Array:
+    """Waves along a strip at places [m], shape (m, terms)."""
+    alpha = np.arange(1, terms + 1, dtype=np.float64) * np.pi / length
+    found = np.cos(np.outer(np.frombuffer(x) + length / 2, alpha))
+    found.setflags(write=False)
+    return found
 
 
 def harmonic_stress(transducer: Transducer, alpha: Array) -> tuple[Array, float]:

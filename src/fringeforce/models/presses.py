@@ -131,8 +131,7 @@ def press_phase(sensor: Sensor, x: Array, presses: Sequence[Any]) -> Array:
     transducer = sensor.transducer
     constant = stress_optic_constant(transducer.photoelastic, sensor.polariscope.wavelength)
     if transducer.edges == "roller" and transducer.solved_in_a_plane:
-        stress = fourier.integrated_stress(transducer, places, x)
-        lead = np.einsum("mnc,nc->m", stress, forces, optimize=True)
+        lead = fourier.stress_under_forces(transducer, places, forces, x)
     else:
         camera = sensor.camera.model_dump_json()
         surface = _surface(transducer.model_dump_json(), camera, x.tobytes())
