@@ -11,9 +11,9 @@ from fringeforce.models.pad import PadModel, characterize_pad
 COVER = "transducer.compliant.thickness"
 EFFECT = "transducer.photoelastic.strain_optic_coefficient"
 TRUE = {COVER: 0.54e-3, EFFECT: 0.053, "camera.shift_x": 0.15e-3, "camera.amplitude": 228.0}
-DARK, PRESSES, PIXELS = 2, 10, 40
+DARK, PRESSES, PIXELS = 2, 10, 32
 PROFILES: tuple[Profile, ...] = "hertz", "flat", "punch"
-WRONG, DEAD = 5, (7, 900, 1311)
+WRONG, DEAD = 5, (7, 600, 911)
 
 
 def drawing(**changes) -> Pad:

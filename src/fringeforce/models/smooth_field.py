@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ ALL = slice(None)
 COARSE = 4
 """Of so many places one counts for the mean square of a field that is smooth from one to the
 next."""
+KEPT = 32
+"""Fields whose modes are kept, some hundred kilobytes each: sensors of one design share them."""
 
 
 def karhunen_loeve(x: Array, length: float, smallest: float) -> Array:
@@ -30,7 +33,13 @@ def karhunen_loeve(x: Array, length: float, smallest: float) -> Array:
     smallest : float
         Variance of a mode, relative to the largest, below which it is left out.
     """
-    values, vectors = np.linalg.eigh(squared_exponential(x, length))
+    return _modes(np.asarray(x, dtype=float).tobytes(), float(length), float(smallest)).copy()
+
+
+@lru_cache(maxsize=KEPT)
+def _modes(places: bytes, length: float, smallest: float) -> Array:
+    """As `karhunen_loeve`, of places as they are stored."""
+    values, vectors = np.linalg.eigh(squared_exponential(np.frombuffer(places), length))
     order = np.argsort(-values)
     kept = order[: int(np.sum(values > smallest * values.max()))]
     return np.ascontiguousarray((vectors[:, kept] * np.sqrt(values[kept])).T)
