@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +15,7 @@ from fringeforce.base.progress import Progress
 from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.elements import gauss_interpolation, integrals
 from fringeforce.mechanics.mesh import Mesh
+from fringeforce.mechanics.moduli import lame_parameters
 from fringeforce.mechanics.solid.block import Block
 from fringeforce.mechanics.solid.elasticity import Loads, symmetric_parts
 from fringeforce.mechanics.solid.influence import light_stresses
@@ -25,6 +28,8 @@ QUICK = replace(STRIP, order=3)
 docs/measured/solid.txt."""
 STRIDE = 5
 """Of line loads in a row, every so many are solved together: few bricks lie between them."""
+KEPT = 16
+"""Solutions that are kept, some hundred kilobytes each where the light crosses a narrow line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,12 +118,49 @@ def strip_integral(
     progress : callable, optional
         Told words, the steps done and their count.
     """
-    block, loads = strip_block(transducer), strip_loads(transducer, positions)
+    block = strip_block(transducer)
     if not isinstance(mesh, BoxMesh):
         mesh = box_mesh(block, positions, [], mesh)
+    places, across = (np.asarray(values, dtype=float) for values in (positions, y))
+    asked = _Asked(_marks(transducer, places, across, mesh), transducer, places, across, mesh)
+    return _kept(asked) if progress is None else _solved(asked, progress)
+
+
+def _marks(transducer: Transducer, places: Array, across: Array, mesh: BoxMesh) -> Hashable:
+    """All that stresses depend on: of a layer's material Lame's parameters alone."""
+    layers = transducer.compliant, transducer.photoelastic
+    whole = transducer.length, transducer.width, transducer.edges, mesh.order
+    solid = tuple((layer.thickness, *lame_parameters(layer)) for layer in layers)
+    arrays = tuple(one.tobytes() for one in (places, across, mesh.x, mesh.y, mesh.z))
+    return whole, solid, arrays
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What stresses are asked for, the same where its marks are."""
+
+    marks: Hashable
+    transducer: Transducer = field(compare=False)
+    places: Array = field(compare=False)
+    across: Array = field(compare=False)
+    mesh: BoxMesh = field(compare=False)
+
+
+@lru_cache(maxsize=KEPT)
+def _kept(asked: _Asked) -> StripIntegral:
+    """As `_solved`; other tactels, tolerances and optical effects ask for the same again."""
+    found = _solved(asked, None)
+    for values in (found.difference, found.shear):
+        values.flags.writeable = False
+    return found
+
+
+def _solved(asked: _Asked, progress: Progress | None) -> StripIntegral:
+    """`strip_integral` on given bricks."""
+    transducer, across, mesh = asked.transducer, asked.across, asked.mesh
+    block, loads = strip_block(transducer), strip_loads(transducer, asked.places)
     breaks = np.concatenate([-mesh.x[:0:-1], mesh.x])
     stations = Mesh(breaks, np.empty(0), mesh.order).stations
-    across = np.asarray(y, dtype=float)
     shape = (len(across), len(stations), len(loads.places), 2)
     totals = np.zeros(shape), np.zeros(shape)
     depth = csr_array(_depth_weights(block, mesh)[None])
