@@ -33,7 +33,7 @@ FOUND = Stop(close=0.01, near=0.1)
 UNTOLD = 1e-8
 """Curvature by the logarithm of a size below which it is rounding: no frame tells of the size."""
 
-_factorised, _solved = get_lapack_funcs(("potrf", "potrs"))
+_factorised, _solved, _inverted = get_lapack_funcs(("potrf", "potrs", "potri"))
 
 
 class Scattering(NamedTuple):
@@ -167,12 +167,31 @@ class Expanded:
             found.append((centred, np.arange(size) if terms.which is None else terms.which))
         return found
 
+    @cached_property
+    def _summed(self) -> tuple[Array, Array, Array]:
+        """Information and gradient of the shared unknowns while the own ones stay.
+
+        Then what frames count times what each own unknown has in common with all shared ones,
+        shape (L, S), frame by frame.
+        """
+        information, gradient = self.expected.copy(), self.slope.copy()
+        crosses = np.zeros((sum(len(own.off) for own in self.own), len(gradient)))
+        last = 0
+        for (terms, which), share in zip(self._centred, self.shares, strict=True):
+            begin, last = last, last + len(terms.own)
+            if share:
+                information[np.ix_(which, which)] += share * terms.shared
+                gradient[which] += share * terms.gradient
+                crosses[begin:last, which] = share * terms.cross
+        return information, gradient, crosses
+
     def sized(self, steps: Array) -> Sized:
         """The frames under sizes that grow by these logarithms, shape (n,)."""
         shared, sums = self.shared, Sums.none(self.count)
         added = shared.resized(steps)
-        information, gradient = self.expected + np.diag(added), self.slope + added * shared.off
-        loss, told = float(added @ np.square(shared.off)), []
+        loss, told, last = float(added @ np.square(shared.off)), [], 0
+        plain, slope, crosses = self._summed
+        followed, pulled = np.zeros_like(crosses), np.zeros(len(crosses))
         for (terms, which), own, share in zip(self._centred, self.own, self.shares, strict=True):
             more = own.resized(steps)
             pull, (size, others) = terms.own_gradient + more * own.off, terms.cross.shape
@@ -181,27 +200,28 @@ class Expanded:
             right[:, :others], right[:, others] = terms.cross, pull
             np.fill_diagonal(right[:, others + 1 :], 1.0)
             solved = _solved(factor, right, overwrite_b=1)[0]
-            response, step = -solved[:, :others], -solved[:, others]
+            begin, last = last, last + size
+            followed[begin:last, which], pulled[begin:last] = solved[:, :others], solved[:, others]
             if share:
-                at = np.ix_(which, which)
-                information[at] += share * (terms.shared + terms.cross.T @ response)
-                gradient[which] += share * (terms.gradient + terms.cross.T @ step)
-                loss += share * float(_log_det(factor) + more @ np.square(own.off) + pull @ step)
-            told.append((response, step, solved[:, others + 1 :], own.precision + more))
+                left = more @ np.square(own.off) - pull @ pulled[begin:last]
+                loss += share * float(_log_det(factor) + left)
+            told.append((solved[:, others + 1 :], own.precision + more))
+        information = plain + np.diag(added) - crosses.T @ followed
+        gradient = slope + added * shared.off - crosses.T @ pulled
         factor = _factor(information)
-        covariance = _solved(factor, np.eye(len(information)))[0]
+        covariance = _inverse(factor)
         moved = -covariance @ gradient
         off, precision = shared.off + moved, shared.precision + added
         sums.add(Scattering(off, precision, shared.group), covariance, 1.0)
-        found = []
-        for (_, which), own, share, (response, step, spread, precision) in zip(
-            self._centred, self.own, self.shares, told, strict=True
-        ):
-            found.append(step + response @ moved[which])
+        found, common, after = [], followed @ covariance, -(pulled + followed @ moved)
+        last = 0
+        for own, share, (spread, precision) in zip(self.own, self.shares, told, strict=True):
+            begin, last = last, last + len(spread)
+            found.append(after[begin:last])
             if share:
-                common = covariance[np.ix_(which, which)]
                 scattering = Scattering(own.off + found[-1], precision, own.group)
-                sums.add(scattering, spread + response @ common @ response.T, share)
+                spread = spread + common[begin:last] @ followed[begin:last].T
+                sums.add(scattering, spread, share)
         loss += _log_det(factor) + float(gradient @ moved + 2 * sums.members[:-1] @ steps)
         return Sized(steps, loss, sums, moved, self._uncentred(found, moved))
 
@@ -243,6 +263,12 @@ def _factor(information: Array) -> Array:
     if failed:
         raise LinAlgError("what frames tell of a bench leaves some of its unknowns open")
     return np.asarray(factor)
+
+
+def _inverse(factor: Array) -> Array:
+    """Of a matrix, from Cholesky's factor."""
+    upper = np.triu(_inverted(factor)[0])
+    return upper + np.triu(upper, 1).T
 
 
 def _log_det(factor: Array) -> float:
