@@ -16,7 +16,7 @@ from reading.exact_frames import Bench, loads
 
 pytestmark = pytest.mark.slow
 
-FRAMES, READ, LARGEST = 24, 6, 2.5
+FRAMES, READ, LARGEST = 16, 6, 2.5
 CHANCE = 1e-4
 """Of a false alarm, for each number of tactels, each side and each of the two statistics."""
 LAYERS = {

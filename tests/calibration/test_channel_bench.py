@@ -72,11 +72,11 @@ def bench() -> Bench:
     return own
 
 
-def pressed(bench: Bench, seed: int) -> tuple[Array, NDArray[np.uint8]]:
+def pressed(bench: Bench, seed: int, count: int = PRESSES) -> tuple[Array, NDArray[np.uint8]]:
     """Presses on one or two tactels, and frames of them."""
     rng = np.random.default_rng([43, seed])
-    forces = loads(rng, PRESSES, largest=2.5)
-    few = np.argsort(rng.random(forces.shape[:2])) < rng.integers(1, 3, (PRESSES, 1))
+    forces = loads(rng, count, largest=2.5)
+    few = np.argsort(rng.random(forces.shape[:2])) < rng.integers(1, 3, (count, 1))
     forces[~few] = 0.0
     return forces, bench.frames(forces, rng)
 
@@ -213,7 +213,7 @@ def test_summary_and_report_have_the_shares(model: ff.SensorModel, tmp_path) -> 
 
 
 def test_a_sensor_that_is_not_the_drawn_one_is_not_to_be_used(bench: Bench) -> None:
-    forces, frames = pressed(bench, 1)
+    forces, frames = pressed(bench, 1, 16)
     thin = drawn(**{THICKNESS: "0.45 +/- 0.005 mm"})
     found = ff.calibrate(thin, frames, forces, aside=0).calibration
     assert found is not None
@@ -222,7 +222,7 @@ def test_a_sensor_that_is_not_the_drawn_one_is_not_to_be_used(bench: Bench) -> N
 
 
 def test_dead_pixels_of_one_channel_are_left_out_and_named(bench: Bench) -> None:
-    forces, frames = pressed(bench, 2)
+    forces, frames = pressed(bench, 2, 16)
     frames[:, 1, 100] = 90
     model = ff.calibrate(drawn(), frames, forces, aside=0)
     assert model.calibration is not None

@@ -150,7 +150,7 @@ def test_drift_is_found_under_loads_of_large_strain(calibrated, bench) -> None:
             imaging, positions=imaging.positions + place, amplitude=imaging.amplitude * light
         ),
     )
-    forces = combined(np.random.default_rng(8), 12)
+    forces = combined(np.random.default_rng(8), 6)
     tactels, x = model.sensor.tactels, later.pixel_positions
     widths = np.full(COUNT, tactels.contact_width)
     strip = finite_strip(model.sensor.transducer, tactels.positions, widths, order=6)

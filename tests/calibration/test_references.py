@@ -44,7 +44,7 @@ def references(true, rng, count: int, kinds=KINDS) -> ff.References:
     return ff.References(**{kind: taken[kind]() for kind in kinds})
 
 
-def calibrated(true, rng, given: ff.References | None, count: int = 12) -> ff.SensorModel:
+def calibrated(true, rng, given: ff.References | None, count: int = 4) -> ff.SensorModel:
     forces = presses(rng, count)
     frames = shots(true, forces, rng)
     # none are put aside: `held_out` reads frames of its own
@@ -54,7 +54,7 @@ def calibrated(true, rng, given: ff.References | None, count: int = 12) -> ff.Se
 def test_a_pattern_that_no_smooth_light_explains_is_explained_by_references(plain) -> None:
     rng = np.random.default_rng(31)
     true = lit(plain, rng, pattern=2.0)
-    model = calibrated(true, rng, references(true, rng, 16))
+    model = calibrated(true, rng, references(true, rng, 16), count=12)
     assert findings(model).chi2 == pytest.approx(1, abs=0.04)
     assert findings(model).dead == ()
     assert findings(model).outliers == ()

@@ -14,7 +14,7 @@ from reading.exact_frames import loads
 
 pytestmark = pytest.mark.slow
 
-FRAMES, READ = 12, 6
+FRAMES, READ = 8, 6
 CHANCE = 1e-4
 """Of a false alarm, for each number of tactels and each side."""
 
