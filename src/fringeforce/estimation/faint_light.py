@@ -52,6 +52,9 @@ def faint_light(model: FrameModel, phase: float) -> Array:
         if largest > 0:
             unknowns[: at.loads] *= phase / largest
         light.append(expose(model, unknowns)[0] - dark)
-    _, sizes, rows = np.linalg.svd(np.array(light) / np.sqrt(model.variance), full_matrices=False)
-    behind = np.sqrt(np.square(sizes[::-1]).cumsum()[::-1] / SAMPLES)
-    return np.ascontiguousarray(rows[behind > LEFT_OUT])
+    rows = np.array(light) / np.sqrt(model.variance)
+    # of the few directions that are kept, products of the rows are exact enough
+    squares, shares = np.linalg.eigh(rows @ rows.T)
+    behind = np.sqrt(squares.clip(0.0).cumsum() / SAMPLES)[::-1]
+    kept = np.linalg.qr((shares[:, ::-1][:, behind > LEFT_OUT].T @ rows).T)[0]
+    return np.ascontiguousarray(kept.T)
