@@ -426,16 +426,19 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
     _shown(contacts, reduced, unknowns, columns, point)
     value = _value(contacts, prior, told, held, origin, point, unknowns, heat)
     for turn in range(steps):
-        fill_products(columns, columns, moving, hessian)
+        renewed = bent or turn == 0
+        if renewed:
+            fill_products(columns, columns, moving, hessian)
         for i in range(count):
             apart[i] = (1 + held) * (point[i] - origin[i]) + told[i]
         for x in range(moving):
             k = x if x < at.fields else at.modes + x - at.fields
             gradient[x] = dot(columns[x], apart)
             gradient[x] += prior.precision[k] * (unknowns[k] - prior.mean[k])
-            for z in range(x + 1):
-                hessian[x, z] *= 1 + held
-            hessian[x, x] += prior.precision[k]
+            if renewed:
+                for z in range(x + 1):
+                    hessian[x, z] *= 1 + held
+                hessian[x, x] += prior.precision[k]
         add_cone(prior, at.loads, unknowns, heat, cone, gradient)
         better, reached = False, value
         while damping < 1e6:
@@ -444,7 +447,8 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
                 for x in range(moving):
                     k = x if x < at.fields else at.modes + x - at.fields
                     trial[k] = unknowns[k] + step[x]
-                _shown(contacts, reduced, trial, beside if turn + 1 < steps else none, there)
+                ahead = beside if bent and turn + 1 < steps else none
+                _shown(contacts, reduced, trial, ahead, there)
                 reached = _value(contacts, prior, told, held, origin, there, trial, heat)
                 if reached <= value:
                     better = True
@@ -454,7 +458,8 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
             break
         gain, value = value - reached, reached
         copied(trial, unknowns)
-        columns, beside = beside, columns
+        if bent:
+            columns, beside = beside, columns
         point, there = there, point
         if gain < tolerance and damping < 0.1:
             break
