@@ -9,6 +9,9 @@ from chi_squares import expect_chi_squares
 from scipy.stats import binom
 
 import fringeforce as ff
+from fringeforce.reading.findings import Sized
+from fringeforce.reading.skin_departure_test import SkinDepartureTest
+from fringeforce.reading.skin_fit import Explanation
 from fringeforce.reading.skin_reader import SkinReader
 
 DRAWING = ff.load_sensor("skin").replace(**{"transducer.edges": "roller"})
@@ -65,20 +68,27 @@ def test_squares_of_frames_as_drawn_are_chi_square(single: SkinReader) -> None:
     ],
 )
 def test_frames_that_contacts_explain_are_refused_by_name(
-    single: SkinReader, path: str, value: float, size: float
+    single: SkinReader, monkeypatch: pytest.MonkeyPatch, path: str, value: float, size: float
 ) -> None:
-    made, used = departed(single.model, {path: value}), single.usable(None)
+    made, told, told_of = (
+        departed(single.model, {path: value}),
+        SkinDepartureTest.shown,
+        list[Any](),
+    )
+
+    def recorded(test: SkinDepartureTest, one: Explanation) -> list[Sized]:
+        told_of.append(told(test, one))
+        return told_of[-1]
+
+    monkeypatch.setattr(SkinDepartureTest, "shown", recorded)
     shown = list[tuple[str, float]]()
     for number in range(FRAMES):
         rng = np.random.default_rng([12, number])
-        frame = made.expose(presses(rng), rng=rng)
-        reading = single.read(frame)
+        reading = single.read(made.expose(presses(rng), rng=rng))
         if not reading.findings:
             continue
         assert reading.status is ff.Status.MODEL_MISMATCH
-        one = single.likeliest(frame, used)
-        assert one is not None
-        found = single._departures.shown(one)[0]
+        found = told_of.pop()[0]
         shown.append((found.departure.path, found.size))
     right = [own for name, own in shown if name == path]
     assert len(right) > binom.ppf(RARE, FRAMES, SHOWN)
