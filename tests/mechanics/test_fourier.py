@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 
 import fringeforce as ff
 from fringeforce.design.strip import Sensor, Transducer
-from fringeforce.mechanics.fourier import integrated_stress, stress_field
+from fringeforce.mechanics.fourier import integrated_stress, stress_field, stress_under_loads
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 Array = NDArray[np.float64]
@@ -45,6 +45,16 @@ def test_influence_and_phase_are_the_published_ones(sensor: Sensor, row: tuple) 
     phase = (psi * ff.polar(1.0, 10, 11)).sum()
     found = [psi[5, 0], psi[5, 1], psi[0, 0], psi[0, 1], phase]
     np.testing.assert_allclose(found, row[1:], atol=0.51e-6, rtol=0)
+
+
+@pytest.mark.parametrize("plane", STATES)
+def test_stress_under_many_loads_is_the_sum_of_that_under_each(sensor: Sensor, plane: str) -> None:
+    strip, rng = _strip(sensor, plane), np.random.default_rng(0)
+    places, forces = rng.uniform(-1e-2, 1e-2, 30), rng.normal(size=(30, 2))
+    x = np.linspace(-1.2e-2, 1.2e-2, 50)
+    expected = np.einsum("mnc,nc->m", integrated_stress(strip, places, x), forces)
+    found = stress_under_loads(strip, places, forces, x)
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
 
 
 def test_the_phase_is_lowest_where_it_was_published(sensor: Sensor) -> None:
