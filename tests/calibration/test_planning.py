@@ -166,8 +166,8 @@ def test_the_error_added_to_readings_of_several_channels_is_as_predicted(small) 
     model = ff.characterize(drawn)
     typical = typical_loads(model, ff.Limits(), 6)
     plan = ff.plan_presses(drawn, BUDGET, typical=typical)
-    errors = Simulation(model, typical).added(plan.loads, repeats=40)
-    error = errors.std() / np.sqrt(len(errors))
+    errors = Simulation(model, typical).added(plan.loads)
+    error = errors.std() / np.sqrt(REPEATS)
     assert abs(errors.mean() - added_share(plan) ** 2) < 4 * error
     assert error < 0.2 * errors.mean()
 

@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 
 import fringeforce as ff
 from fringeforce.design.strip import Sensor, Transducer
-from fringeforce.mechanics.fourier import integrated_stress, stress_field, stress_under_loads
+from fringeforce.mechanics.fourier import integrated_stress, stress_field, stress_under_forces
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def test_stress_under_many_loads_is_the_sum_of_that_under_each(sensor: Sensor, p
     places, forces = rng.uniform(-1e-2, 1e-2, 30), rng.normal(size=(30, 2))
     x = np.linspace(-1.2e-2, 1.2e-2, 50)
     expected = np.einsum("mnc,nc->m", integrated_stress(strip, places, x), forces)
-    found = stress_under_loads(strip, places, forces, x)
+    found = stress_under_forces(strip, places, forces, x)
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
 
 
