@@ -70,15 +70,12 @@ def test_squares_of_frames_as_drawn_are_chi_square(single: SkinReader) -> None:
 def test_frames_that_contacts_explain_are_refused_by_name(
     single: SkinReader, monkeypatch: pytest.MonkeyPatch, path: str, value: float, size: float
 ) -> None:
-    made, told, told_of = (
-        departed(single.model, {path: value}),
-        SkinDepartureTest.shown,
-        list[Any](),
-    )
+    made, told = departed(single.model, {path: value}), SkinDepartureTest.shown
+    heard = list[list[Sized]]()
 
     def recorded(test: SkinDepartureTest, one: Explanation) -> list[Sized]:
-        told_of.append(told(test, one))
-        return told_of[-1]
+        heard.append(told(test, one))
+        return heard[-1]
 
     monkeypatch.setattr(SkinDepartureTest, "shown", recorded)
     shown = list[tuple[str, float]]()
@@ -88,7 +85,7 @@ def test_frames_that_contacts_explain_are_refused_by_name(
         if not reading.findings:
             continue
         assert reading.status is ff.Status.MODEL_MISMATCH
-        found = told_of.pop()[0]
+        found = heard[-1][0]
         shown.append((found.departure.path, found.size))
     right = [own for name, own in shown if name == path]
     assert len(right) > binom.ppf(RARE, FRAMES, SHOWN)

@@ -36,14 +36,6 @@ def is_faint(seen: Seen, one: Explanation) -> bool:
     return bool(np.abs(one.phase - seen.skin.uncertain.frame.fixed).max() < FAINT)
 
 
-def _faint(seen: Seen, contacts: Contacts) -> Mask:
-    """Which contacts cause so little phase by themselves, shape (k,)."""
-    forces, geometry = contacts
-    units = seen.skin.touched(geometry).moments[:, :, 0]
-    caused = np.einsum("kc,kcm->km", forces, units)
-    return np.asarray(np.abs(caused).max(axis=1) < FAINT)
-
-
 def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
     """Contacts that may explain a frame as well as some of which one or more are faint.
 
@@ -75,6 +67,14 @@ def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
             rest = np.r_[:k, k + taken : count]
             found += _beside(seen, one, Contacts(forces[rest], geometry[rest]), trials)
     return found
+
+
+def _faint(seen: Seen, contacts: Contacts) -> Mask:
+    """Which contacts cause so little phase by themselves, shape (k,)."""
+    forces, geometry = contacts
+    units = seen.skin.touched(geometry).moments[:, :, 0]
+    caused = np.einsum("kc,kcm->km", forces, units)
+    return np.asarray(np.abs(caused).max(axis=1) < FAINT)
 
 
 class _Trials(NamedTuple):
