@@ -39,8 +39,9 @@ def is_faint(seen: Seen, one: Explanation) -> bool:
 def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
     """Contacts that may explain a frame as well as some of which one or more are faint.
 
-    Each has one contact more, or one in the place of a faint one, of two neighbours or of all that
-    are, where it leaves less light than its neighbours in place and direction.
+    Each has one in the place of a faint one, where it leaves less light than its neighbours in
+    place and direction.  Where all are faint, each has one more, or one in the place of one, of two
+    neighbours or of all.
 
     Parameters
     ----------
@@ -58,14 +59,16 @@ def faint_starts(seen: Seen, one: Explanation) -> list[Contacts]:
     (forces, geometry), faint = contacts, _faint(seen, contacts)
     if not faint.any():
         return []
-    trials = _Trials.on(seen.skin)
-    count, found = len(forces), _beside(seen, one, one.contacts, trials)
-    for taken in (*range(1, min(count, MOST_REPLACED + 1)), count):
-        for k in range(count - taken + 1):
-            if not faint[k : k + taken].all():
-                continue
-            rest = np.r_[:k, k + taken : count]
-            found += _beside(seen, one, Contacts(forces[rest], geometry[rest]), trials)
+    trials, count, found = _Trials.on(seen.skin), len(forces), list[Contacts]()
+    taken: tuple[int, ...] = (1,)
+    if faint.all():
+        found += _beside(seen, one, one.contacts, trials)
+        taken = *range(1, min(count, MOST_REPLACED + 1)), count
+    for many in taken:
+        for k in range(count - many + 1):
+            if faint[k : k + many].all():
+                rest = np.r_[:k, k + many : count]
+                found += _beside(seen, one, Contacts(forces[rest], geometry[rest]), trials)
     return found
 
 

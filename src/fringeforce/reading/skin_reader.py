@@ -296,8 +296,9 @@ class SkinReader(StripFrames):
             contacts = self._search.divided(loads, count)
             if contacts is None:
                 break
-            start = self._search.fitted(contacts, wanted)
-            one = self._climbed(seen, start, best, bound=bound)
+            if not explained:  # rivals are climbed from as they are
+                contacts = self._search.fitted(contacts, wanted)
+            one = self._climbed(seen, contacts, best, bound=bound)
             better = not found or one.top.loss < found[-1].top.loss - NEGLIGIBLE_LOSS
             found.append(one)
             hopeless = one.top.loss > bound + HOPELESS_LOSS * one.top.count
