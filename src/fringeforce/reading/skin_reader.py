@@ -276,7 +276,12 @@ class SkinReader(StripFrames):
             if not is_faint(seen, met[0]):
                 met = _ordered(met + self._mirrored(seen, met[0], met, tried, RIVAL_GROWTH))
             met = _ordered(met + self._simplified(seen, met[0]))
-            met = _ordered(met + self._likewise(seen, met, silent))
+            while likewise := self._likewise(seen, met, silent):
+                before, met = _likeliest(met), _ordered(met + likewise)
+                if met[0] in likewise:
+                    met = _ordered(met + self._simplified(seen, met[0]))
+                if _same(_likeliest(met), before):
+                    break
             if self.skin.strain is not None:
                 solved = [self._solved(seen, one) for one in _distinct(met, NEGLIGIBLE_LOSS)]
                 met = _ordered([one for one in solved if not one.folded])
