@@ -221,6 +221,8 @@ class SkinSearch:
         """
         skin, known = self.skin.linear, self._certainty(phase)
         count, push = contacts.forces.size, contacts.forces[:, 0].sum()
+        if not push > 0:  # pulling is no start
+            return contacts
         best, least = contacts, np.inf
         for _ in range(FIT_STEPS):
             model, unknowns = skin.frame(contacts)
