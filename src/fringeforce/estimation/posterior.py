@@ -15,11 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from fringeforce.estimation.binning import binned, coarsest, seen_means, slow_size
-from fringeforce.estimation.contact_sampling import (
-    contacts_about,
-    gaussian_share,
-    sampled_loads,
-)
+from fringeforce.estimation.contact_propagation import contacts_about, propagated_loads
 from fringeforce.estimation.frame_climb import CONVERGED, climb
 from fringeforce.estimation.frame_exposure import (
     contact_columns,
@@ -70,8 +66,6 @@ HELD = 1e8
 """Factor on the precision of a force that is held at none."""
 PRIOR_ROUNDS = 3
 """Rounds of expectation and maximisation in which the widths of priors settle."""
-GAUSSIAN = 0.5
-"""Effective share of draws from Laplace's approximation from which it stands for the posterior."""
 SETTLING_ROUNDS, HEATED_STEPS, SETTLING_STEPS = 6, 4, 16
 """Rounds in which a start settles, and steps of the contacts in each, heated first and not: valleys
 of force, place and width are long, and a top is only one at their lowest place."""
@@ -371,38 +365,33 @@ class Posterior:
             found += lumped * np.square(bent[c])
         return found
 
-    def sampled(
-        self, tops: list[Top], covariance: Array, basis: Array
-    ) -> tuple[Array, Array] | None:
-        """Mean and covariance of the loads from samples about the phase of the first top.
+    def propagated(self, top: Top, basis: Array) -> tuple[Array, Array] | None:
+        """Mean and covariance of the loads with bent valleys of place and width about a top.
 
         Parameters
         ----------
-        tops : list of Top
-            Tops of the same phase, the best first.
-        covariance : ndarray, shape (2n, 2n)
-            Laplace's approximation [N^2].
+        top : Top
+            The likeliest one of its phase.
         basis : ndarray, shape (m, r)
-            Profiles of influence; see `contact_sampling.profile_basis`.
+            Profiles of influence; see `contact_propagation.profile_basis`.
 
         Returns
         -------
         tuple of ndarray, or None
-            If that approximation is good, or the phase so faint that the frame is not linear in it.
+            If nothing is bent, or the phase so faint that the frame is not linear in it, or if
+            normal distributions do not tell the contacts.
         """
         at, model = self.model.at, self.model
-        if at.fields == at.place or np.abs(self.phase(tops[0])).max() < LINEAR_PHASE:
+        if at.fields == at.place or np.abs(self.phase(top)).max() < LINEAR_PHASE:
             return None
-        unknowns, about = tops[0].unknowns, self.linearised(tops[0])
-        cross = shared_information(model, about, np.eye(len(model.fixed)))
-        contacts = contacts_about(model, self.prior, unknowns, about, cross, basis)
-        beside, seen = slice(at.place, at.fields), as_seen(model)[at.place : at.fields]
-        known = seen @ np.linalg.inv(about.hessian) @ seen.T
-        scale = np.asarray(np.linalg.cholesky(known), dtype=float)
-        if gaussian_share(contacts, unknowns[beside], scale) > GAUSSIAN:
+        about, seen = self.linearised(top), as_seen(model)[at.place : at.fields]
+        contacts = contacts_about(model, self.prior, top.unknowns, about, basis)
+        laplace = seen @ np.linalg.inv(about.hessian) @ seen.T
+        loads, z = top.unknowns[: at.loads], top.unknowns[at.place : at.fields]
+        try:
+            return propagated_loads(contacts, z, laplace, loads)
+        except np.linalg.LinAlgError:
             return None
-        starts = [unknowns[beside] + seen @ (top.unknowns - unknowns) for top in tops]
-        return sampled_loads(contacts, starts, scale, covariance)
 
     def evidence(self, top: Top, about: Linearised) -> float:
         """Logarithm of the posterior mass around a top, less a constant (Laplace)."""

@@ -16,7 +16,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
-from fringeforce.estimation.contact_sampling import profile_basis
+from fringeforce.estimation.contact_propagation import profile_basis
 from fringeforce.estimation.faint_light import faint_light
 from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.frame_exposure import expose, node_phase
@@ -542,8 +542,7 @@ class StripFrameReader(StripFrames):
         between = (apart * weights[:, None]).T @ apart
         offset = loads - means[0]
         if not tracked:  # as frames before and after it, which are read by one linearisation
-            sampled = posterior.sampled(near, covariance, self._profiles)
-            loads, covariance = sampled or (loads, covariance)
+            loads, covariance = posterior.propagated(near[0], self._profiles) or (loads, covariance)
         others = [one for one, is_same in zip(weighed, same, strict=True) if not is_same]
         alone = loads, covariance
         loads, covariance, others = self._held(others, *alone)
