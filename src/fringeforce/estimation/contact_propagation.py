@@ -624,7 +624,7 @@ def propagated_loads(
     Raises
     ------
     numpy.linalg.LinAlgError
-        If a covariance is none.
+        If a covariance is none, or denies the likeliest loads: the sweeps ran astray.
     """
     count, size = len(contacts.profiles), len(loads)
     heat = heat or float(chdtri(size, RARE)) / size
@@ -648,7 +648,11 @@ def propagated_loads(
     assert met is not None
     mean, covariance = sites.loads(met)
     np.linalg.cholesky(covariance)
-    return mean, covariance / heat
+    covariance /= heat
+    off = mean - loads
+    if not off @ np.linalg.solve(covariance, off) < chdtri(size, RARE):
+        raise np.linalg.LinAlgError("The likeliest loads are unlikely.")
+    return mean, covariance
 
 
 def _swept(

@@ -388,10 +388,12 @@ class Posterior:
         contacts = contacts_about(model, self.prior, top.unknowns, about, basis)
         laplace = seen @ np.linalg.inv(about.hessian) @ seen.T
         loads, z = top.unknowns[: at.loads], top.unknowns[at.place : at.fields]
-        try:
-            return propagated_loads(contacts, z, laplace, loads)
-        except np.linalg.LinAlgError:
-            return None
+        for heat in (None, 1.0):
+            try:
+                return propagated_loads(contacts, z, laplace, loads, heat)
+            except np.linalg.LinAlgError:
+                continue
+        return None
 
     def evidence(self, top: Top, about: Linearised) -> float:
         """Logarithm of the posterior mass around a top, less a constant (Laplace)."""

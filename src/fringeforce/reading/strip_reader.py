@@ -537,12 +537,16 @@ class StripFrameReader(StripFrames):
         weights = np.array([one.weight for one in own])
         weights /= weights.sum()
         means = np.array([top.unknowns[:count] for top in near])
-        loads, covariance = mixture(weights, means, np.array([one.covariance for one in own]))
+        covariances = np.array([one.covariance for one in own])
+        loads, covariance = mixture(weights, means, covariances)
         apart = means - loads
         between = (apart * weights[:, None]).T @ apart
         offset = loads - means[0]
         if not tracked:  # as frames before and after it, which are read by one linearisation
-            loads, covariance = posterior.propagated(near[0], self._profiles) or (loads, covariance)
+            for k, top in enumerate(near):
+                if bent := posterior.propagated(top, self._profiles):
+                    means[k], covariances[k] = bent
+            loads, covariance = mixture(weights, means, covariances)
         others = [one for one, is_same in zip(weighed, same, strict=True) if not is_same]
         alone = loads, covariance
         loads, covariance, others = self._held(others, *alone)
