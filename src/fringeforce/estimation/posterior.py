@@ -52,8 +52,6 @@ Array = NDArray[np.float64]
 HEATS = (100.0, 10.0)
 """Factors on the variance of the noise from which a climb starts: valleys of place and width that
 trap it at 1 are no valleys there.  Without them one climb in four ends in one."""
-TEMPERED = (3.0,)
-"""The same for mirror images: hotter they melt back into what they are images of."""
 WAVES = 60
 """Smooth waves of phase along the frame that are looked for in what is left: shorter than the
 clear layer is thick they pass as noise, and no load makes them."""

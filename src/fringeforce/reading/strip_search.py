@@ -12,7 +12,7 @@ from fringeforce.base.arrays import Array, Mask
 from fringeforce.estimation.frame_exposure import node_phase
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, MetPhases
 from fringeforce.estimation.phase_stretches import Hidden
-from fringeforce.estimation.posterior import HEATS, TEMPERED, Posterior, Top
+from fringeforce.estimation.posterior import HEATS, Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_VERDICT
 from fringeforce.reading.contact_prior import push_of, slipping
 from fringeforce.reading.frame_light import Lines
@@ -166,7 +166,7 @@ class StripFrameSearch:
                 if vain > IMAGES:
                     break
                 bound = met.rough[0].loss + NEGLIGIBLE_LOSS + 8
-                reached = posterior.settled(start, BINS, TEMPERED, bound=bound)
+                reached = posterior.settled(start, BINS, HEATS[1:], bound=bound)
                 if stop and reached.loss >= top.loss - 1:
                     careful = posterior.settled(posterior.drawn_in(start), BINS, HEATS)
                     reached = min(reached, careful, key=lambda one: one.loss)
