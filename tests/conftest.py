@@ -1,5 +1,7 @@
 """What several tests share: the paper's sensor, characterised once; loops, compiled once."""
 
+import atexit
+import gc
 import os
 import signal
 import subprocess
@@ -22,6 +24,16 @@ sys.dont_write_bytecode = False
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # a shell starts what it runs in the background so, and commands that tests interrupt inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# what is imported and collected lasts to the end: looking through it for garbage finds none
+gc.disable()
+atexit.register(gc.freeze)
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage from now on, in what is made from now on."""
+    gc.freeze()
+    gc.enable()
 
 
 preparing: list[subprocess.Popen[bytes]] = []
