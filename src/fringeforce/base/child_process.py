@@ -8,12 +8,16 @@ import shutil
 import threading
 import time
 
+from fringeforce.base.garbage import seldom_collected
+
 TRIES, PAUSE = 40, 0.05
 """How often, and after what pause [s], a folder is removed until it is gone."""
 
 
 def end_with_parent(folder: str | None = None) -> threading.Thread:
     """Let this process end as soon as the one that started it has ended and cannot tell it to.
+
+    It works for the other alone, and looks for garbage as seldom as commands do.
 
     Parameters
     ----------
@@ -38,6 +42,7 @@ def end_with_parent(folder: str | None = None) -> threading.Thread:
             # other threads may be busy for long, and nobody waits for what they find
             os._exit(1)
 
+    seldom_collected()
     parent = multiprocessing.parent_process()
     waiting = threading.Thread(target=wait_and_end, daemon=True)
     waiting.start()

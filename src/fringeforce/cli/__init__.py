@@ -65,7 +65,9 @@ app.add_typer(benchmark)
 def main() -> None:
     """Run the command line; bad input ends with status 2 and what to do, Ctrl-C with 130."""
     from fringeforce.base.errors import FringeforceError
+    from fringeforce.base.garbage import seldom_collected
 
+    seldom_collected()
     sys.unraisablehook = _interrupt_again
     came = [signal.SIGINT]
 
