@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Generator
 
 import pytest
 from hypothesis import settings
@@ -24,16 +25,17 @@ sys.dont_write_bytecode = False
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # a shell starts what it runs in the background so, and commands that tests interrupt inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)
-
-# what is imported and collected lasts to the end: looking through it for garbage finds none
-gc.disable()
 atexit.register(gc.freeze)
 
 
-def pytest_collection_finish() -> None:
-    """Look for garbage from now on, in what is made from now on."""
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Look for garbage only in what tests make: what is imported and collected lasts to the end."""
+    gc.disable()
+    result = yield
     gc.freeze()
     gc.enable()
+    return result
 
 
 preparing: list[subprocess.Popen[bytes]] = []
