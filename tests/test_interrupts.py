@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,22 @@ COMMAND = "import sys; from fringeforce.cli import main; sys.exit(main())"
 SWEEP = Path(__file__).parents[1] / "examples/studies/thin-or-soft.toml"
 
 
+def sweeping(folder: Path, **environment: str) -> subprocess.Popen[str]:
+    """A sweep in a group of its own, whose processes have begun a while ago."""
+    run = subprocess.Popen(
+        [sys.executable, "-c", COMMAND, "sweep", str(SWEEP), "-o", "new.h5"],
+        cwd=folder,
+        env={**os.environ, **environment},
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    while not (folder / "new.h5").exists() and run.poll() is None:
+        time.sleep(0.02)
+    time.sleep(1.5)
+    return run
+
+
 def interrupted(folder: Path, *arguments: str, after: float) -> tuple[int, str]:
     """Status and last words of a command that gets Ctrl-C with all of its processes."""
     limits = "--preserve-status", "--signal=INT", "--kill-after=60", str(after)
@@ -27,19 +44,21 @@ def interrupted(folder: Path, *arguments: str, after: float) -> tuple[int, str]:
 
 
 def test_a_sweep_ends_with_its_processes(tmp_path: Path) -> None:
-    status, said = interrupted(tmp_path, "sweep", str(SWEEP), "-o", "new.h5", after=4.0)
-    assert status == 130
+    run = sweeping(tmp_path)
+    try:
+        os.killpg(run.pid, signal.SIGINT)
+        _, said = run.communicate(timeout=60.0)
+    finally:
+        run.kill()
+        run.wait()
+    assert run.returncode == 130
     assert "Traceback" not in said
     assert not list(tmp_path.glob(".*"))
 
 
 def test_a_second_interrupt_neither_breaks_off_the_end_nor_waits(tmp_path: Path) -> None:
-    command = [sys.executable, "-c", COMMAND, "sweep", str(SWEEP), "-o", "new.h5"]
-    run = subprocess.Popen(
-        command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
+    run = sweeping(tmp_path)
     try:
-        time.sleep(4.0)
         for _ in range(3):
             os.killpg(run.pid, signal.SIGINT)
             time.sleep(0.02)
@@ -66,28 +85,35 @@ def test_a_calibration_leaves_no_file(model: ff.SensorModel, tmp_path: Path) -> 
     assert {path.name for path in tmp_path.iterdir()} == before
 
 
-@pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs groups of processes")
-@pytest.mark.parametrize("arguments", [("sweep", str(SWEEP), "-o", "new.h5"), ("explore", "pad")])
-def test_a_polite_kill_ends_a_command_as_an_interrupt_does(
-    tmp_path: Path, arguments: tuple[str, ...]
-) -> None:
-    scratch = tmp_path / "temporary"
-    scratch.mkdir()
-    more = ["--no-browser"] if arguments[0] == "explore" else []
+def exploring(folder: Path, **environment: str) -> subprocess.Popen[str]:
+    """A server in a group of its own, which has said where it is, with its processes."""
     run = subprocess.Popen(
-        [sys.executable, "-c", COMMAND, *arguments, *more],
-        cwd=tmp_path,
-        env={**os.environ, "TMPDIR": str(scratch)},
+        [sys.executable, "-c", COMMAND, "explore", "pad", "--no-browser"],
+        cwd=folder,
+        env={**os.environ, **environment},
+        stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
     )
+    assert run.stdout is not None
+    assert "http://" in run.stdout.readline()
+    return run
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs groups of processes")
+@pytest.mark.parametrize("start", [sweeping, exploring])
+def test_a_polite_kill_ends_a_command_as_an_interrupt_does(
+    tmp_path: Path, start: Callable[..., subprocess.Popen[str]]
+) -> None:
+    scratch = tmp_path / "temporary"
+    scratch.mkdir()
+    run = start(tmp_path, TMPDIR=str(scratch))
     try:
-        time.sleep(6.0)
         run.send_signal(signal.SIGTERM)
         _, said = run.communicate(timeout=60.0)
         assert "Traceback" not in said
-        ended = arguments[0] == "explore" and run.returncode == 0  # its good end
+        ended = start is exploring and run.returncode == 0  # its good end
         assert ended or run.returncode in (128 + signal.SIGTERM, -signal.SIGTERM)
         assert not list(scratch.iterdir()) or run.returncode < 0
         assert not list(tmp_path.glob(".*"))
@@ -161,7 +187,7 @@ def run(**_):
 
 loop(1.0)
 cli.app = run
-for _ in range(20):  # more than half of the time is spent on named tuples
+for _ in range(10):  # more than half of the time is spent on named tuples
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         cli.main()
@@ -173,7 +199,7 @@ for _ in range(20):  # more than half of the time is spent on named tuples
 def test_an_interrupt_while_a_loop_hands_over_its_results_does_not_crash() -> None:
     run = subprocess.run([sys.executable, "-c", HANDED_OVER], capture_output=True, text=True)
     assert run.returncode == 0
-    assert run.stderr == 20 * "fringeforce: interrupted by SIGINT.\n"
+    assert run.stderr == 10 * "fringeforce: interrupted by SIGINT.\n"
 
 
 def test_an_interrupted_loop_is_no_error_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:
