@@ -66,7 +66,7 @@ def installed(shipped: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     _run(sys.executable, "-m", "venv", "--without-pip", home, cwd=home.parent)
     python = home / "bin" / "python"
     (wheel,) = shipped.glob("*.whl")
-    install = ("install", "--quiet", "--no-index", "--no-deps", wheel)
+    install = ("install", "--quiet", "--no-index", "--no-deps", "--no-compile", wheel)
     _run(sys.executable, "-m", "pip", "--python", python, *install, cwd=home.parent, env=_clean())
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
     packages = home / "lib" / version / "site-packages"
@@ -78,9 +78,9 @@ def installed(shipped: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _take_compiled(packages: Path) -> None:
-    """Let loops that were compiled for the sources serve the same files of the wheel.
+    """Let what was compiled for the sources, bytecode and loops, serve the same files of the wheel.
 
-    Numba tells by its size and time whether a file is the one that it compiled.
+    Python and Numba tell by its size and time whether a file is the one that they compiled.
     """
     sources = ROOT / "src"
     for path in (sources / "fringeforce").rglob("*.py"):
@@ -88,7 +88,7 @@ def _take_compiled(packages: Path) -> None:
         assert own.read_bytes() == path.read_bytes()
         times = path.stat()
         os.utime(own, ns=(times.st_atime_ns, times.st_mtime_ns))
-    for path in (sources / "fringeforce").rglob("__pycache__/*.nb[ci]"):
+    for path in (sources / "fringeforce").rglob("__pycache__/*"):
         copy = packages / path.relative_to(sources)
         if copy.parent.parent.is_dir():  # a checkout may have caches of rooms that are gone
             copy.parent.mkdir(exist_ok=True)
