@@ -1,5 +1,6 @@
 """How the documentation is built; `make docs` does it."""
 
+import atexit
 import gc
 import os
 import sys
@@ -15,6 +16,7 @@ import fringeforce  # noqa: E402 - its numbers are small; threads are settled fi
 
 # nearly all that a build makes it keeps to its end: looking through it again and again finds little
 gc.set_threshold(100_000, 50, 100)
+atexit.register(gc.freeze)  # nor is there anything else at the end, where all of it goes
 
 project = "fringeforce"
 author = "The fringeforce developers"
