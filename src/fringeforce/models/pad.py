@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -17,9 +17,9 @@ from fringeforce.base.progress import Progress
 from fringeforce.base.storage import existing_file, new_file, read, text, write
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.files import parse_sensor
-from fringeforce.design.pad import Pad
+from fringeforce.design.pad import Pad, PadTactels
 from fringeforce.design.tolerances import Tolerances
-from fringeforce.mechanics.solid.block import Patches, SolidInfluence
+from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.sides import sided_influence
 from fringeforce.models.as_built import changes_influence, drawn, loosened
@@ -460,18 +460,19 @@ def characterize_pad(
         Told words, the steps done and their count, where elements are solved.
     """
     block, layer = block_of(pad), pad.transducer.photoelastic
-    method = "given"
-    if influence is None:
-        x, y = (np.linspace(-side / 2, side / 2, samples) for side in (block.length, block.width))
-        patches = Patches(pad.tactels.places, pad.tactels.side)
-        if block.sides == "roller":
-            method = "double Fourier series"
-            influence = stress_influence(block, patches, x, y, slices)
-        else:
-            method = "double Fourier series, and finite elements for the sides"
-            influence = sided_influence(block, patches, x, y, slices, progress=progress)
     constant = stress_optic_constant(layer, pad.polariscope.wavelength)
-    found, left_out, asymmetry = compressed(influence, pad.tactels.count, constant)
+    if influence is None and block.sides == "roller":
+        method = "double Fourier series"
+        solved = _between_rollers(block, pad.tactels, samples, slices, constant)
+    else:
+        method = "given"
+        if influence is None:
+            method = "double Fourier series, and finite elements for the sides"
+            patches = Patches(pad.tactels.places, pad.tactels.side)
+            places = _samples(block, samples)
+            influence = sided_influence(block, patches, *places, slices, progress=progress)
+        solved = compressed(influence, pad.tactels.count, constant)
+    found, left_out, asymmetry = solved
     provenance = {
         "method": method,
         "samples": f"{len(found.x)} x {len(found.y)}",
@@ -481,3 +482,19 @@ def characterize_pad(
         "asymmetry averaged away": asymmetry,
     }
     return PadModel(pad, found, provenance)
+
+
+@lru_cache(maxsize=2)
+def _between_rollers(
+    block: Block, tactels: PadTactels, samples: int, slices: int, constant: float
+) -> tuple[PadInfluence, float, float]:
+    """What the series finds; kept, for pads of other cameras and light have the same stresses."""
+    patches = Patches(tactels.places, tactels.side)
+    stresses = stress_influence(block, patches, *_samples(block, samples), slices)
+    return compressed(stresses, tactels.count, constant)
+
+
+def _samples(block: Block, samples: int) -> tuple[Array, Array]:
+    """Places along x and along y at which stresses are computed."""
+    x, y = (np.linspace(-side / 2, side / 2, samples) for side in (block.length, block.width))
+    return x, y
