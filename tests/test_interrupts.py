@@ -187,7 +187,7 @@ def run(**_):
 
 loop(1.0)
 cli.app = run
-for _ in range(10):  # more than half of the time is spent on named tuples
+for _ in range(20):  # more than half of the time is spent on named tuples
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         cli.main()
@@ -199,7 +199,7 @@ for _ in range(10):  # more than half of the time is spent on named tuples
 def test_an_interrupt_while_a_loop_hands_over_its_results_does_not_crash() -> None:
     run = subprocess.run([sys.executable, "-c", HANDED_OVER], capture_output=True, text=True)
     assert run.returncode == 0
-    assert run.stderr == 10 * "fringeforce: interrupted by SIGINT.\n"
+    assert run.stderr == 20 * "fringeforce: interrupted by SIGINT.\n"
 
 
 def test_an_interrupted_loop_is_no_error_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:
