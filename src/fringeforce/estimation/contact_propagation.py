@@ -69,7 +69,7 @@ POINTS, REACH = 13, 4.5
 """Places, and widths, over which a contact is summed, and how many deviations they reach."""
 SWEEPS, CALMED = 8, 3
 """Sweeps over the contacts, and those after which each takes half a step: the last changes of some
-would go to and fro."""
+would alternate."""
 SETTLED = 0.05
 """Change of all loads, in standard deviations, after which there are no more sweeps: a thousandth
 of the variance."""
