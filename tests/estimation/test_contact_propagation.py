@@ -7,15 +7,8 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 import fringeforce as ff
-from fringeforce.estimation.contact_propagation import (
-    Contacts,
-    among_others,
-    contacts_about,
-    influence,
-    moments_of,
-    profile_basis,
-    propagated_loads,
-)
+from fringeforce.estimation.contact_marginals import among_others
+from fringeforce.estimation.contact_propagation import propagated_loads
 from fringeforce.estimation.frame_exposure import (
     expose,
     node_phase,
@@ -24,6 +17,13 @@ from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import as_seen
 from fringeforce.estimation.linearised_frame import Linearised, banded
 from fringeforce.estimation.posterior import Posterior, Top, products
+from fringeforce.estimation.uncertain_contacts import (
+    Contacts,
+    contacts_about,
+    influence,
+    moments_of,
+    profile_basis,
+)
 from fringeforce.models.uncertainty import uncertainty
 
 Array = NDArray[np.float64]

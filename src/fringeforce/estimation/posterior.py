@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from fringeforce.estimation.binning import binned, coarsest, seen_means, slow_size
-from fringeforce.estimation.contact_propagation import contacts_about, propagated_loads
+from fringeforce.estimation.contact_propagation import propagated_loads
 from fringeforce.estimation.frame_climb import CONVERGED, climb
 from fringeforce.estimation.frame_exposure import (
     contact_columns,
@@ -46,6 +46,7 @@ from fringeforce.estimation.phase_fit import (
     state_of,
 )
 from fringeforce.estimation.score_test import Score
+from fringeforce.estimation.uncertain_contacts import contacts_about
 
 Array = NDArray[np.float64]
 
@@ -371,7 +372,7 @@ class Posterior:
         top : Top
             The likeliest one of its phase.
         basis : ndarray, shape (m, r)
-            Profiles of influence; see `contact_propagation.profile_basis`.
+            Profiles of influence; see `uncertain_contacts.profile_basis`.
 
         Returns
         -------

@@ -16,7 +16,6 @@ from fringeforce.base.errors import InputError
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bad_pixels import isolated
-from fringeforce.estimation.contact_propagation import profile_basis
 from fringeforce.estimation.faint_light import faint_light
 from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.frame_exposure import expose, node_phase
@@ -36,6 +35,7 @@ from fringeforce.estimation.posterior import (
     Top,
 )
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_VERDICT, square_limit
+from fringeforce.estimation.uncertain_contacts import profile_basis
 from fringeforce.models.creep import Creep
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.contact_prior import (
