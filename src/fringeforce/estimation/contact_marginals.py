@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fringeforce.estimation.compiling import sums, sums_entry
-from fringeforce.estimation.uncertain_contacts import contact_moments
+from fringeforce.estimation.uncertain_contacts import moments_at
 
 Array = NDArray[np.float64]
 
@@ -188,7 +188,7 @@ def among_others(contacts, parts, which, known, right, centre, roots, along, acr
             u, v = along[g // len(across)], across[g % len(across)]
             z[g, 0] = centre[k, 0] + root[0, 0] * u
             z[g, 1] = centre[k, 1] + root[1, 0] * u + root[1, 1] * v
-            contact_moments(contacts, z[g, 0], z[g, 1], mean, one, two)
+            moments_at(contacts, z[g, 0], z[g, 1], mean, one, two)
             for c in range(2):
                 own = shown[g, c]
                 own[:] = 0.0

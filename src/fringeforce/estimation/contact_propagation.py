@@ -209,12 +209,9 @@ def propagated_loads(
     count, size = len(contacts.profiles), len(loads)
     heat = heat or float(chdtri(size, RARE)) / size
     sites = _Sites(contacts.flattened(heat), z, loads)
-    each = np.arange(count)
-    own = [each] * contacts.placed + [each + len(z) - count] * contacts.wider
-    scatter, columns = np.zeros((count, 2, 2)), [0] * contacts.placed + [1] * contacts.wider
-    for a, one in zip(columns, own, strict=True):
-        for b, other in zip(columns, own, strict=True):
-            scatter[:, a, b] = heat * covariance[one, other]
+    scatter, held = np.zeros((count, 2, 2)), contacts.held
+    each = covariance.reshape(len(held), count, len(held), count)
+    scatter[np.ix_(range(count), held, held)] = heat * np.einsum("ajbj->jab", each)
     steps, known = np.linspace(-REACH, REACH, POINTS), np.zeros(1)
     along, across = steps if contacts.placed else known, steps if contacts.wider else known
     centre, met = places_and_widths(contacts, z), None

@@ -56,7 +56,8 @@ def positive(value, soft):
     return (value + root) / 2, 0.5 * (1 + value / root)
 
 
-_positive = sums(positive)
+positive_in_loops = sums(positive)
+"""The same where compiled functions call it."""
 
 
 @sums
@@ -80,7 +81,9 @@ def contact_moments(model, unknowns, j, mean, by_place, by_width):
         shift += model.moving[d, j] * (unknowns[at.modes + d] - model.origin[d])
     wide, slope = model.width, 0.0
     if at.fields > at.width:
-        wide, slope = _positive(wide + model.width_std * unknowns[at.width + j], model.narrow)
+        wide, slope = positive_in_loops(
+            wide + model.width_std * unknowns[at.width + j], model.narrow
+        )
     half = wide / (2 * model.reach)
     order = model.mixing.shape[1]
     own, one, other = np.empty(order), np.empty(order), np.empty(order)
@@ -261,7 +264,7 @@ def lens(model, unknowns):
         seen += model.visibility_std * unknowns[at.visibility]
     deviation, slope = model.blur, 0.0
     if at.gamma > at.blur:
-        deviation, slope = _positive(
+        deviation, slope = positive_in_loops(
             model.blur + model.blur_std * unknowns[at.blur], NARROWEST_BLUR
         )
         slope *= model.blur_std

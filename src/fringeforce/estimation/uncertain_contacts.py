@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from fringeforce.estimation.compiling import sums, sums_entry
-from fringeforce.estimation.frame_exposure import patch_moments
+from fringeforce.estimation.frame_exposure import patch_moments, positive_in_loops
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import LEAST_PROFILE, FrameModel, as_seen, turned_moments
 from fringeforce.estimation.linearised_frame import (
@@ -84,6 +84,11 @@ class Contacts(NamedTuple):
     def wider(self) -> bool:
         """Whether widths are uncertain."""
         return self.width_std > 0
+
+    @property
+    def held(self) -> list[int]:
+        """Which of place and width, 0 and 1, are uncertain."""
+        return [k for k, uncertain in enumerate((self.placed, self.wider)) if uncertain]
 
     def flattened(self, heat: float) -> Contacts:
         """With all that is known to the power of 1 / heat."""
@@ -176,15 +181,13 @@ def contacts_about(
 
 
 @sums
-def contact_moments(contacts, z, w, mean, by_place, by_width):
+def moments_at(contacts, z, w, mean, by_place, by_width):
     """Moments of a contact of a place and a width, and their derivatives by both."""
     shift, wide, slope = 0.0, contacts.width, 0.0
     if contacts.place > 0:
         shift = contacts.place * z
     if contacts.width_std > 0:
-        value = wide + contacts.width_std * w
-        root = np.sqrt(value * value + contacts.narrow * contacts.narrow)
-        wide, slope = (value + root) / 2, 0.5 * (1 + value / root)
+        wide, slope = positive_in_loops(wide + contacts.width_std * w, contacts.narrow)
     patch_moments(shift, wide / 2, contacts.profile, mean, by_place, by_width)
     for k in range(len(mean)):
         by_place[k] *= contacts.place
@@ -209,17 +212,14 @@ def moments_of(contacts, z):
     """
     found = np.empty((3, len(z), contacts.profiles.shape[2]))
     for j in range(len(z)):
-        contact_moments(contacts, z[j, 0], z[j, 1], found[0, j], found[1, j], found[2, j])
+        moments_at(contacts, z[j, 0], z[j, 1], found[0, j], found[1, j], found[2, j])
     return found
 
 
 def places_and_widths(contacts: Contacts, z: Array) -> Array:
     """Values of all contacts in two columns, those of what is known being zero, shape (n, 2)."""
-    found, count = np.zeros((len(contacts.profiles), 2)), len(contacts.profiles)
-    if contacts.placed:
-        found[:, 0] = z[:count]
-    if contacts.wider:
-        found[:, 1] = z[-count:]
+    found, held = np.zeros((len(contacts.profiles), 2)), contacts.held
+    found[:, held] = z.reshape(len(held), -1).T
     return found
 
 
