@@ -14,7 +14,7 @@ from fringeforce.estimation.score_test import Score
 from fringeforce.models.pad import PadModel, characterize_pad
 from fringeforce.models.pad_departures import pad_departures
 from fringeforce.models.pad_series import PadSeries
-from fringeforce.reading.pads.departure_record import DepartureRecord
+from fringeforce.reading.pads.departure_record import RETESTED, DepartureRecord, FullTest
 from fringeforce.reading.pads.departure_test import SquaresDepartureTest
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.single_frame import PadFrameReader
@@ -50,13 +50,14 @@ def reader(model: PadModel) -> PadFrameReader:
 @pytest.fixture
 def told(monkeypatch: pytest.MonkeyPatch) -> list[Score]:
     """What is told of every frame that is tested."""
-    found, real = list[Score](), SquaresDepartureTest.told
+    found, real = list[Score](), SquaresDepartureTest.full
 
-    def kept(self: SquaresDepartureTest, fit: Fit, one: Optimum, curvature: Curvature) -> Score:
-        found.append(real(self, fit, one, curvature))
-        return found[-1]
+    def kept(self: SquaresDepartureTest, fit: Fit, one: Optimum, curvature: Curvature) -> FullTest:
+        test = real(self, fit, one, curvature)
+        found.append(test.score)
+        return test
 
-    monkeypatch.setattr(SquaresDepartureTest, "told", kept)
+    monkeypatch.setattr(SquaresDepartureTest, "full", kept)
     return found
 
 
@@ -186,7 +187,10 @@ def test_scores_of_frames_together_are_normal_and_tell_what_departs() -> None:
             known = rng.uniform(0.5, 4.0, 2)
             pull = -known * departs + np.sqrt(known) * rng.standard_normal(2)
             score = told._replace(pull=pull, information=np.diag(known), alone=one)
+            for _ in range(RETESTED):
+                record.due(one)
             told = record.together(score)
+            record.add(score)
         squares.append(told.square()[0] - told.of(slice(1, 2)).square()[0])
         sizes.append(told.of(slice(1, 2)).best)
     assert stats.kstest(squares, stats.chi2(1).cdf).pvalue > RARE

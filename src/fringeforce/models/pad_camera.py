@@ -38,6 +38,8 @@ SHARPEST_LENS = 1e-2
 NEGLIGIBLE_ENTRY = 1e-7
 """Share of the largest entry of a spline's derivative below which single precision rounds it
 away."""
+SLOPE_BLOCK = 32
+"""Pixels whose derivatives are taken together, about as many as their splines reach beyond them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,6 +213,20 @@ class CameraUncertainty:
             found.append(csr_array(np.where(shown, slopes, 0.0).astype(np.float32)))
         return found[0], found[1]
 
+    @cached_property
+    def _blocks(self) -> list[list[tuple[slice, slice, Single]]]:
+        """The same for some pixels at a time, from those near them."""
+        found = []
+        for slopes in self._slopes:
+            blocks = list[tuple[slice, slice, Single]]()
+            for begin in range(0, slopes.shape[0], SLOPE_BLOCK):
+                here = slice(begin, begin + SLOPE_BLOCK)
+                near = np.unique(slopes[here].indices)
+                reach = slice(near[0], near[-1] + 1)
+                blocks.append((here, reach, slopes[here, reach].toarray()))
+            found.append(blocks)
+        return found
+
     def moved(self, modes: Single, rows: Index, columns: Index) -> Iterator[tuple[int, Single]]:
         """Derivatives of retardance by unknowns of where the pixels look, at a lattice.
 
@@ -241,14 +257,18 @@ class CameraUncertainty:
         found = np.zeros(self.size)
         if not self.registration:
             return found
-        (x, y), (by_x, by_y) = self.model.sensor.pixel_positions, self._slopes
-        # products of all pairs of places take less than derivatives at all pixels
+        (x, y), (by_x, by_y) = self.model.sensor.pixel_positions, self._blocks
+        # products of pairs of places near each other take less than derivatives at all pixels
         one, other = (part.reshape(-1, *part.shape[2:]) for part in (modes, by_modes))
-        columns = other.reshape(-1, len(x)).T @ one.reshape(-1, len(x))
-        rows = np.matmul(other, one.swapaxes(1, 2)).sum(axis=0)
-        along, across = (
-            np.asarray(slopes.multiply(pairs).sum(axis=1)).ravel()
-            for slopes, pairs in ((by_x, columns), (by_y, rows))
+        flat, others = one.reshape(-1, len(x)), other.reshape(-1, len(x))
+        along = np.concatenate(
+            [np.vecdot(weights, others[:, here].T @ flat[:, near]) for here, near, weights in by_x]
+        )
+        across = np.concatenate(
+            [
+                np.vecdot(weights, (other[:, here] @ one[:, near].swapaxes(1, 2)).sum(axis=0))
+                for here, near, weights in by_y
+            ]
         )
         for group in self.registration:
             a, b = _shares(group.path, x, y)

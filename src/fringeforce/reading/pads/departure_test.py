@@ -29,7 +29,7 @@ from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.models.pad_unknowns import BLUR
 from fringeforce.reading.departure_test import plain
 from fringeforce.reading.findings import Sized, sentence
-from fringeforce.reading.pads.departure_record import DepartureRecord
+from fringeforce.reading.pads.departure_record import DepartureRecord, FullTest
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.light import FrameLight
 from fringeforce.reading.pads.skin_fit import SkinFit, SkinOptimum
@@ -70,7 +70,11 @@ class DepartureTest:
         return sentence(found, self._model)
 
     def _shown(
-        self, found: Score, modes: NDArray[np.floating], record: DepartureRecord | None
+        self,
+        found: Score,
+        modes: NDArray[np.floating],
+        record: DepartureRecord | None,
+        test: FullTest | None = None,
     ) -> list[Sized]:
         """Departures that are shown plainly and cannot be told apart, the likeliest first.
 
@@ -82,13 +86,18 @@ class DepartureTest:
             Of the retardance of the frame.
         record : DepartureRecord, optional
             What earlier frames tell, which is added.
+        test : FullTest, optional
+            What serves frames that follow.
         """
         if record is None:
             return self._plain(found)
         each = found, record.together(found)
-        doubtful = PLAIN / len(self.tested)
-        record.tested(modes, any(self._plain(one, doubtful) for one in each))
+        record.add(found)
+        record.tested(modes, any(self._doubtful(one) for one in each), test)
         return self._plain(each[0]) or self._plain(each[1])
+
+    def _doubtful(self, found: Score) -> bool:
+        return bool(self._plain(found, PLAIN / len(self.tested)))
 
     def _plain(self, found: Score, chance: float = FALSE_ALARM) -> list[Sized]:
         scores = [found.of(slice(k, k + 1)) for k in range(len(self.tested))]
@@ -203,6 +212,14 @@ class SquaresDepartureTest(DepartureTest):
         drawn = sensor.model_copy(update={"tolerances": Tolerances(), "camera": camera})
         return PadUncertainty(departing(replace(self._model, sensor=drawn), self._optics))
 
+    @cached_property
+    def _begun(self) -> Array:
+        return begun(self._known, self._optics)
+
+    @cached_property
+    def _numbers(self) -> Index:
+        return _numbers(self._known, self._optics)
+
     def _layers(self, forces: Array) -> list[Single]:
         """Derivatives of the retardance of the modes by layers, (2, modes, rows, columns) each."""
         changes = [
@@ -233,7 +250,8 @@ class SquaresDepartureTest(DepartureTest):
         """
         if not self.tested:
             return []
-        found = self._shown(self.told(fit, one, curvature), one.place.modes, record)
+        test = self.full(fit, one, curvature)
+        found = self._shown(test.score, one.place.modes, record, test)
         return [each for first in found for each in (first, *self._equal(first))]
 
     def deviations(self, fit: Fit, one: Optimum, curvature: Curvature) -> dict[str, float]:
@@ -241,7 +259,7 @@ class SquaresDepartureTest(DepartureTest):
 
         They are relative for layers and the amplitude, else in the unit of the value.
         """
-        known = self.told(fit, one, curvature).information.diagonal()
+        known = self.full(fit, one, curvature).score.information.diagonal()
         return {
             departure.path: departure.deviation / float(np.sqrt(max(each, np.finfo(float).tiny)))
             for departure, each in zip(self.tested, known, strict=True)
@@ -254,15 +272,46 @@ class SquaresDepartureTest(DepartureTest):
         others = (one for one in pad_departures(self._model) if one.path == SOFTNESS[1])
         return [Sized(one, -found.size / (1 + found.size), found.significance) for one in others]
 
-    def told(self, fit: Fit, one: Optimum, curvature: Curvature) -> Score:
-        """What the frame tells of each that is tested, by itself, beside forces and tolerances."""
-        known, sampling, place = self._known, fit.sampling, one.place
-        numbers = _numbers(known, self._optics)
-        here = replace(place, extra=begun(known, self._optics))
-        light = FrameLight(fit.model, fit.response, fit.frame, fit.used, known)
+    def doubts(self, fit: Fit, one: Optimum, record: DepartureRecord) -> bool:
+        """Whether a frame that follows, with those before it, calls for a test.
+
+        Its score, by the information of the last test if that serves it, is added if not.
+
+        Parameters
+        ----------
+        fit : Fit
+            The posterior of the frame.
+        one : Optimum
+            Where it is largest.
+        record : DepartureRecord
+            What earlier frames tell.
+        """
+        test = record.serving(one.place.modes)
+        if test is None:
+            return False
+        pulls = self._back(fit, one, test.layers)[0]
+        moved = np.concatenate([one.forces - one.place.forces, one.extra - one.place.extra])
+        score = test.score._replace(pull=pulls + test.across.T @ moved)
+        if self._doubtful(record.together(score)):
+            return True
+        record.add(score)
+        return False
+
+    def _back(self, fit: Fit, one: Optimum, layers: list[Single]) -> tuple[Array, Single]:
+        """Half the derivative of the loss by what is tested, shape (k,), and by the modes."""
+        here = replace(one.place, extra=self._begun)
+        light = FrameLight(fit.model, fit.response, fit.frame, fit.used, self._known)
         by_modes, by_light = light.back(here, one.misfit.slope)
-        rows, columns = sampling.rows, sampling.columns
+        by_layers = [float(np.vdot(image, by_modes)) for image in layers]
+        return np.append(by_light[self._numbers], by_layers), by_modes
+
+    def full(self, fit: Fit, one: Optimum, curvature: Curvature) -> FullTest:
+        """What the frame tells of each that is tested, by itself, beside forces and tolerances."""
+        known, sampling, place, numbers = self._known, fit.sampling, one.place, self._numbers
+        here = replace(place, extra=self._begun)
         layers = self._layers(place.forces)
+        pulls, by_modes = self._back(fit, one, layers)
+        rows, columns = sampling.rows, sampling.columns
         few = [image[..., rows[:, None], columns] for image in layers]
         retarded = [
             *known.camera.moved(place.modes, rows, columns),
@@ -278,15 +327,14 @@ class SquaresDepartureTest(DepartureTest):
                 found[number] += np.einsum("sfp,fp->sp", slopes, flat)
             return np.concatenate([found[numbers], found[known.size :]])
 
-        by_layers = np.array([np.vdot(image, by_modes) for image in layers], dtype=float)
         across, own = fit.across(place, changes)
         if fit.uncertain is None:
             fitted = fit.gathered(place, by_modes, np.zeros(0))
         else:
             fitted = replace(fit, reference=place.reference).gradient(place, one.misfit)
         known_of = curvature.kept(fitted), curvature.information
-        pulls = np.concatenate([by_light[numbers], by_layers])
-        return Score.beside(known_of, curvature.kept(across), (pulls, own))
+        score = Score.beside(known_of, curvature.kept(across), (pulls, own))
+        return FullTest(score, across, layers)
 
 
 def begun(known: PadUncertainty, departures: Sequence[PadDeparture]) -> Array:

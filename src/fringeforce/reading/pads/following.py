@@ -51,10 +51,11 @@ class PadFollower(PadFramesFollower):
         if self._used is not used:
             # other pixels tell another thing
             self._used, self._known = used, None
+            self._record.lose_test()
         # what distinguished the forces that were searched distinguishes those that follow
         known = Earlier(self._ahead, self._known, self._prior, self._probability, self._record)
         reading, optimum = self._single.found(levels, used, known)
-        if reading.ok and reading.tracked and self._is_due(optimum):
+        if reading.ok and reading.tracked and self._is_due(levels, used, optimum, known):
             reading = self._single.tested(reading, levels, used, optimum, known)
         self._known, self._probability = optimum.curvature, reading.probability
         before, here = self._here, optimum.place if reading.trusted else None
@@ -65,9 +66,11 @@ class PadFollower(PadFramesFollower):
             self._ahead = here.onward(TREND, before)
         return reading
 
-    def _is_due(self, optimum: Optimum) -> bool:
+    def _is_due(self, levels: NDArray[Any], used: Mask, optimum: Optimum, known: Earlier) -> bool:
         """Whether a frame that follows is to be tested, as one that was searched is already."""
-        return self._record.due(optimum.place.modes) or self._single.tests_all
+        if self._record.due(optimum.place.modes) or self._single.tests_all:
+            return True
+        return self._single.doubted(levels, used, optimum, known)
 
     def _remember(self, optimum: Optimum | None) -> None:
         """Keep what a frame tells of lasting unknowns as what is known before the next."""

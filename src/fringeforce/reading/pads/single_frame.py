@@ -214,6 +214,14 @@ class PadFrameReader(PadFrames):
             reading = self._tested(reading, stating, best, whole, record)
         return reading, best
 
+    def doubted(self, levels: NDArray[Any], used: Mask, optimum: Optimum, known: Earlier) -> bool:
+        """Whether a frame that `found` followed, with those before it, calls for a test."""
+        if known.record is None:
+            return False
+        classifier = self.classifier(used)
+        fit = self._fit(classifier.filled(levels), self.stepping, classifier)
+        return self._departures.doubts(fit, optimum, known.record)
+
     def tested(
         self, reading: Reading, levels: NDArray[Any], used: Mask, optimum: Optimum, known: Earlier
     ) -> Reading:
