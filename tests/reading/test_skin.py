@@ -166,8 +166,23 @@ def test_tractions_carry_the_forces(model: ff.SensorModel, reader: ff.Reader) ->
     assert abs(traction.places[traction.values[:, 0].argmax()] - press.x) < 0.3e-3
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+def test_contacts_that_lie_across_an_end_of_the_skin_are_read(
+    model: ff.SensorModel, reader: ff.Reader, side: int
+) -> None:
+    skin, ends = SkinReader(model).skin, list[float]()
+    for number, beside in enumerate((0.0, 0.2e-3, 0.5e-3)):
+        press = ff.Press(x=side * (skin.half - beside), normal=2.0, tangential=0.5, radius=8e-3)
+        ends.append(max(side * end for end in tractions(model.sensor, press).ends))
+        reading = reader.search(model.expose([press], rng=number))
+        assert reading.status is ff.Status.OK
+        assert reading.total is not None
+        check(model.sensor, reading.total, [press])
+    assert min(ends) > skin.half
+
+
 def test_nothing_is_no_contact(model: ff.SensorModel, reader: ff.Reader) -> None:
-    reading = reader.search(model.expose(np.zeros((131, 2)), rng=0))
+    reading = reader.search(model.expose(np.zeros((model.sensor.tactels.count, 2)), rng=0))
     assert reading.status is ff.Status.NO_CONTACT
     assert not reading.contacts
 
@@ -357,13 +372,14 @@ def test_light_that_is_uncertain_is_allowed_for() -> None:
 
 def test_designs_of_skins_are_written_and_changed() -> None:
     skin = ff.load_sensor("skin")
-    assert skin.tactels.count == 131
+    assert skin.tactels.count == 131 + 2 * 10  # two covers beyond each end
     assert "[tactels]" not in skin.to_toml()
     assert parse_sensor(skin.to_toml()) == skin
-    assert skin.replace(**{"skin.resolution": "0.2 mm"}).tactels.count == 66
+    assert skin.replace(**{"skin.resolution": "0.2 mm"}).tactels.count == 66 + 2 * 5
     pins = skin.replace(tactels={"count": 5, "pitch": "1 mm"})
     assert pins.skin is None
-    assert pins.replace(skin={"extent": "10 mm"}).tactels.count == 101
+    assert pins.replace(skin={"extent": "10 mm"}).tactels.count == 101 + 2 * 10
+    assert skin.replace(**{"skin.extent": "24 mm"}).tactels.positions[-1] < 12.5e-3
 
 
 @pytest.mark.parametrize(
@@ -416,7 +432,7 @@ def test_contacts_are_written_as_a_table(
 def test_skins_are_not_calibrated_nor_shown_as_tactels() -> None:
     skin = ff.load_sensor("skin")
     with pytest.raises(FringeforceError, match="no tactels to press"):
-        ff.calibrate(skin, np.zeros((8, 2048)), np.zeros((8, 131, 2)))
+        ff.calibrate(skin, np.zeros((8, 2048)), np.zeros((8, skin.tactels.count, 2)))
     with pytest.raises(FringeforceError, match="forces of tactels"):
         limits.check(skin)
 

@@ -83,13 +83,14 @@ def test_contacts_that_do_not_push_together_have_no_centre(result: SkinResult) -
 
 def test_nothing_has_a_centre_on_the_skin(single: SkinReader) -> None:
     for seed in range(4):
-        frame = single.model.expose(np.zeros((131, 2)), rng=seed)
+        nothing = np.zeros((single.model.sensor.tactels.count, 2))
+        frame = single.model.expose(nothing, rng=seed)
         reading = single.alone(frame, np.ones(frame.size, bool))
         assert reading.status is ff.Status.NO_CONTACT
         assert reading.total is not None
         assert reading.total.width is not None
-        assert abs(reading.total.centre[0]) < single.skin.places[-1]
-        assert 0 < reading.total.width < 2 * single.skin.places[-1]
+        assert abs(reading.total.centre[0]) < single.skin.half
+        assert 0 < reading.total.width < 2 * single.skin.half
 
 
 def test_frames_that_are_followed_keep_their_probability(single: SkinReader) -> None:

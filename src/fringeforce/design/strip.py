@@ -199,6 +199,9 @@ class Tactels(Part):
 LINES = 0.2
 """Distance between the line loads of a skin, in thicknesses of the cover: what is narrower than the
 cover is thick does not pass through it."""
+BEYOND = 2.0
+"""How far line loads go on beyond each end of a skin, where the strip does, in thicknesses of the
+cover: contacts that lie across an end are half as wide."""
 
 
 class Skin(Part):
@@ -213,11 +216,15 @@ class Skin(Part):
         json_schema_extra={"unit": "meter"},
     )
 
-    def lines(self, cover: float) -> Tactels:
-        """Line loads all over it, for a cover of some thickness [m]."""
+    def lines(self, transducer: Transducer) -> Tactels:
+        """Line loads all over it, and beyond its ends for contacts that lie across them."""
+        cover = transducer.compliant.thickness
         spacing = LINES * cover if self.resolution is None else self.resolution
-        count = max(round(self.extent / spacing), 5) + 1
-        return Tactels(count=count, pitch=self.extent / (count - 1))
+        count = max(round(self.extent / spacing), 5)
+        pitch = self.extent / count
+        room = int((transducer.length - self.extent) / 2 / pitch) - 1
+        beyond = max(min(int(np.ceil(BEYOND * cover / pitch)), room), 0)
+        return Tactels(count=count + 1 + 2 * beyond, pitch=pitch)
 
 
 def _lines(data: dict[str, Any]) -> Tactels:
@@ -230,7 +237,7 @@ def _lines(data: dict[str, Any]) -> Tactels:
         )
     if skin is None or transducer is None:  # has problems of its own
         return Tactels(count=1, pitch=1e-3)
-    return skin.lines(transducer.compliant.thickness)
+    return skin.lines(transducer)
 
 
 def _light(polariscope: Polariscope, camera: Camera) -> tuple[list[float], ...]:
@@ -305,7 +312,8 @@ class Sensor(Design):
         block, tactels = self.transducer, self.tactels
         width = tactels.contact_width or block.compliant.thickness
         if self.skin is not None:
-            return Section(block, max(int(self.skin.extent / width), 1), width, width)
+            reach = 2 * float(tactels.positions[-1])
+            return Section(block, max(int(reach / width), 1), width, width)
         return Section(block, tactels.count, tactels.pitch, width)
 
     @property

@@ -113,6 +113,9 @@ class SkinModel:
         Thickness of the cover [m].
     friction : float
         Largest |tangential| / normal force.
+    half : float
+        Half the length of the skin, on which the middles of contacts lie; line loads may go on
+        beyond it [m].
     strain : SkinStrain, optional
         What large strain adds, at the nodes; none where strain is small.
     """
@@ -121,6 +124,7 @@ class SkinModel:
     places: Array
     cover: float
     friction: float
+    half: float
     strain: SkinStrain | None = None
 
     @cached_property
@@ -155,14 +159,15 @@ class SkinModel:
         return NARROWEST * self.cover
 
     def limited(self, geometry: Array) -> Array:
-        """Geometry on the skin and with half widths that make sense.
+        """Geometry with middles on the skin and half widths that make sense.
 
-        Beside an end of the skin a contact becomes narrower and keeps its place.
+        Beside the end of the line loads a contact becomes narrower and keeps its place.
         """
         found, least = geometry.copy(), self.narrowest
-        first, last = self.places[0], self.places[-1]
-        place = found[:, PLACE] = np.clip(found[:, PLACE], first + least, last - least)
-        beside = np.minimum(place - first, last - place)
+        last = self.places[-1]
+        most = min(self.half, last - least)
+        place = found[:, PLACE] = np.clip(found[:, PLACE], -most, most)
+        beside = last - np.abs(place)
         most = np.maximum(np.minimum(beside, WIDEST * self.cover), least)
         found[:, WIDTH] = np.clip(np.abs(found[:, WIDTH]), least, most)
         found[:, SECOND] = np.maximum(found[:, SECOND], LEAST_SPREAD)
@@ -203,14 +208,12 @@ class SkinModel:
     @cached_property
     def _deviations(self) -> Array:
         """Of one contact, shape (GEOMETRY,)."""
-        extent = (self.places[-1] - self.places[0]) / np.sqrt(12)
-        return np.array([extent, HALF_WIDTH[1] * self.cover, *SHAPE_STDS])
+        return np.array([self.half / np.sqrt(3), HALF_WIDTH[1] * self.cover, *SHAPE_STDS])
 
     @cached_property
     def drawn(self) -> Array:
         """Geometry of a contact before a frame, shape (GEOMETRY,)."""
-        middle = (self.places[-1] + self.places[0]) / 2
-        return np.array([middle, HALF_WIDTH[0] * self.cover, *SHAPES])
+        return np.array([0.0, HALF_WIDTH[0] * self.cover, *SHAPES])
 
     def touched(self, geometry: Array) -> FrameModel:
         """The model of a frame with contacts of a certain geometry in the place of tactels."""

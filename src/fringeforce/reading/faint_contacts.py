@@ -100,10 +100,9 @@ class _Trials(NamedTuple):
     @classmethod
     def on(cls, skin: SkinModel) -> _Trials:
         """All over a skin."""
-        extent = skin.places[-1] - skin.places[0]
-        count = int(np.ceil(extent / (SPACING * skin.cover))) + 1
+        count = int(np.ceil(2 * skin.half / (SPACING * skin.cover))) + 1
         geometry = np.repeat(skin.drawn[None], count, axis=0)
-        geometry[:, PLACE] = np.linspace(skin.places[0], skin.places[-1], count)
+        geometry[:, PLACE] = np.linspace(-skin.half, skin.half, count)
         geometry = np.unique(skin.limited(geometry), axis=0)
         units = skin.touched(geometry).moments[:, :, 0]
         directions = np.column_stack([np.ones(len(DIRECTIONS)), skin.friction * DIRECTIONS])

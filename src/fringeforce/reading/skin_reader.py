@@ -110,7 +110,8 @@ class SkinReader(StripFrames):
         limit = sensor.skin.friction if self.friction is None else self.friction
         cover = sensor.transducer.compliant.thickness
         strain = large_strain(sensor, self.uncertain)
-        return SkinModel(self.uncertain, sensor.tactels.positions, cover, limit, strain)
+        half = sensor.skin.extent / 2
+        return SkinModel(self.uncertain, sensor.tactels.positions, cover, limit, half, strain)
 
     @cached_property
     def _search(self) -> SkinSearch:

@@ -97,7 +97,7 @@ class SkinSearch:
         return tuple(PosteriorSearch(self._patches(width)) for width in PATCHES)
 
     def _patches(self, width: float) -> FrameModel:
-        """The strip with patches all over the skin in the place of tactels."""
+        """The strip with patches as far as its line loads reach in the place of tactels."""
         skin = self.skin
         extent = skin.places[-1] - skin.places[0]
         count = max(round(extent / (width * skin.cover)), 2)
@@ -109,11 +109,10 @@ class SkinSearch:
 
     @cached_property
     def _places(self) -> Array:
-        """Places of the line loads of the fit [m]."""
+        """Places of the line loads of the fit, where middles of contacts lie [m]."""
         skin = self.skin
-        extent = skin.places[-1] - skin.places[0]
-        count = int(np.ceil(extent / (GRID * skin.cover))) + 1
-        return np.linspace(skin.places[0], skin.places[-1], count)
+        count = int(np.ceil(2 * skin.half / (GRID * skin.cover))) + 1
+        return np.linspace(-skin.half, skin.half, count)
 
     @cached_property
     def _rays(self) -> Array:
