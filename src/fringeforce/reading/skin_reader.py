@@ -302,8 +302,7 @@ class SkinReader(StripFrames):
             contacts = self._search.divided(loads, count)
             if contacts is None:
                 break
-            if not explained:  # rivals are climbed from as they are
-                contacts = self._search.fitted(contacts, wanted)
+            contacts = self._search.fitted(contacts, wanted)
             one = self._climbed(seen, contacts, best, bound=bound)
             better = not found or one.top.loss < found[-1].top.loss - NEGLIGIBLE_LOSS
             found.append(one)

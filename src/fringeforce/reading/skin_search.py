@@ -99,12 +99,12 @@ class SkinSearch:
     def _patches(self, width: float) -> FrameModel:
         """The strip with patches as far as its line loads reach in the place of tactels."""
         skin = self.skin
-        extent = skin.places[-1] - skin.places[0]
+        extent = 2 * skin.half
         count = max(round(extent / (width * skin.cover)), 2)
         geometry = np.zeros((count, GEOMETRY))
         half = extent / count / 2
         geometry[:, WIDTH] = half
-        geometry[:, PLACE] = skin.places[0] + half * (1 + 2 * np.arange(count))
+        geometry[:, PLACE] = -skin.half + half * (1 + 2 * np.arange(count))
         return skin.touched(geometry)
 
     @cached_property
@@ -129,10 +129,11 @@ class SkinSearch:
         for effort, beam in product(EFFORTS, self._rows):
             starts, scores, push = beam.starts(lines, lines.light, effort)
             loads = starts[:, : beam.model.at.loads].reshape(len(starts), -1, 2)[:, :, 0]
-            # both signs are found alike, and contacts push
-            sides = np.where(loads.sum(axis=1) < 0, -1.0, 1.0)
-            pulls = np.minimum(sides[:, None] * loads, 0)
-            order = np.argsort(scores + np.square(pulls / (PULL * push)).sum(axis=1), kind="stable")
+            # both signs are found alike, and contacts push; the sum of wide loads hardly shows
+            pulls = np.minimum(np.stack([loads, -loads]), 0)
+            unlikely = np.square(pulls / (PULL * push)).sum(axis=2)
+            sides = np.where(unlikely[1] < unlikely[0], -1.0, 1.0)
+            order = np.argsort(scores + unlikely.min(axis=0), kind="stable")
             for k in order[:CANDIDATES]:
                 phase = sides[k] * node_phase(beam.model, starts[k])
                 if all(np.abs(phase - known).max() > SAME_PHASE for known in given):
@@ -168,9 +169,15 @@ class SkinSearch:
         return np.asarray(known / (1 + known * PHASE_ERROR**2))
 
     def images(self, phase: Array, push: float, growth: float) -> Array:
-        """Phases in which a stretch is mirrored, the likeliest first, shape (k, m)."""
+        """Phases that look like one, the likeliest first, shape (k, m).
+
+        A stretch is mirrored, or all is whole orders of fringes less, as without an even pressure
+        from end to end, or mirrored there.
+        """
         changes, columns, _ = self.beam.mirrored(phase, push, growth)
-        return phase + changes @ columns.T
+        order = 2 * np.pi * np.round(np.median(phase) / (2 * np.pi))
+        whole = [phase - order, order - phase] if order else []
+        return np.array([*whole, *(phase + changes @ columns.T)])
 
     def fewest(self, loads: Array) -> int:
         """Contacts that line loads are at least, each in one piece and not too wide."""
