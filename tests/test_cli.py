@@ -134,6 +134,18 @@ def test_show_tells_what_a_designer_asks(place: Path, target: str) -> None:
         assert words in result.stdout
 
 
+def test_show_wraps_its_values_beside_their_names(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "72")
+    name, *lines = run("show", "m.h5", cwd=place).stdout.splitlines()
+    assert name == "Saad et al., two-layer photoelastic beam"
+    start = lines[0].index("25 mm x 2 mm")
+    assert max(map(len, lines)) <= 72
+    assert {line[start - 2 : start] for line in lines} == {"  "}
+    assert "bad, above the limit of 1 %" in " ".join(line[start:] for line in lines)
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

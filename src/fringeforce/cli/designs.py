@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import textwrap
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +11,9 @@ import typer
 
 from fringeforce.cli.arguments import Design, ModelOrDesign, model_of, writable
 from fringeforce.cli.progress import compiling, progress_bar
+
+LEAST_COLUMNS = 24
+"""Columns of the values of a table, however narrow the terminal is."""
 
 
 def new(
@@ -102,7 +107,22 @@ def show(
         facts = summary(found)
     if found.sensor.transducer.solved_in_a_plane:
         facts.append(("plane", plane_check(found.sensor).words))
-    width = max(len(name) for name, _ in facts)
     print(found.sensor.name)
-    for name, value in facts:
-        print(f"  {name:<{width}}  {value}")
+    print(_table(facts))
+
+
+def _table(facts: list[tuple[str, str]]) -> str:
+    """Names beside values, which are wrapped on a terminal, and are a line each elsewhere."""
+    names = max(len(name) for name, _ in facts) + 4
+    terminal = shutil.get_terminal_size(fallback=(10_000, 24)).columns
+    room = max(terminal - names, LEAST_COLUMNS)
+    return "\n".join(
+        textwrap.fill(
+            value,
+            names + room,
+            initial_indent=f"  {name:<{names - 2}}",
+            subsequent_indent=" " * names,
+            break_on_hyphens=False,
+        )
+        for name, value in facts
+    )

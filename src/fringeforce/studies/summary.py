@@ -282,12 +282,13 @@ def provenance_words(model: SensorModel | PadModel) -> str:
     """How a model was made: the method, then each fact as its name and value."""
     facts = dict(model.provenance)
     method = str(facts.pop("method", "a given influence matrix"))
-    found = (f"{name} {_few_digits(value)}" for name, value in facts.items())
+    found = (f"{name} {_share(value)}" for name, value in facts.items())
     return ", ".join([method, *found])
 
 
-def _few_digits(value: Any) -> str:
-    return f"{value:.2g}" if isinstance(value, float) else str(value)
+def _share(value: Any) -> str:
+    """A share in per cent; counts and words as they are."""
+    return f"{1e2 * value:.2g} %" if isinstance(value, float) else str(value)
 
 
 def calibration_summary(model: SensorModel | PadModel) -> list[str]:
