@@ -48,6 +48,8 @@ def test_tactels_count_along_y_first(pad: Pad) -> None:
         ({"camera.amplitude": 300}, "exceeds the converter's"),
         ({"polariscope.channels": [{"arrangement": "plane"}]}, "brings its own analysers"),
         ({"transducer.sides": "glued"}, "must be 'free'"),
+        ({"transducer.compliant.thickness": "0.5 m"}, "500 mm is more than 10 times the longest"),
+        ({"transducer.compliant.thickness": "0.5 um"}, "less than 1/500 of the longest side, 13"),
     ],
 )
 def test_a_wrong_design_is_refused_with_its_remedy(pad: Pad, changes: dict, said: str) -> None:

@@ -17,7 +17,14 @@ from fringeforce.base.arrays import Array
 from fringeforce.design.fields import Angle, Extent, Finite, Length, Percent, Place, Visibility
 from fringeforce.design.light import Plates
 from fringeforce.design.light_sources import Wavelength
-from fringeforce.design.parts import Converter, Design, Layer, Part, PhotoelasticLayer
+from fringeforce.design.parts import (
+    Converter,
+    Design,
+    Layer,
+    Part,
+    PhotoelasticLayer,
+    check_thickness,
+)
 from fringeforce.design.strip import Section, Transducer
 
 
@@ -42,6 +49,11 @@ Sides = Annotated[tuple[Length, Length], BeforeValidator(_two)]
 """Lengths along x and y [m]."""
 
 
+WIDEST = 500.0
+"""Longest side of a pad in thicknesses of its cover: the series of its stresses has 4.4 waves for
+each, along x and along y, and six numbers for every pair of waves and slice."""
+
+
 class PadTransducer(Part):
     """The block: a compliant cover on a photoelastic layer that is bonded to a rigid base."""
 
@@ -63,6 +75,18 @@ class PadTransducer(Part):
     def solved_in_a_plane(self) -> bool:
         """Whether a plane model of the block can be solved for contacts anywhere: it has none."""
         return False
+
+    @model_validator(mode="after")
+    def _has_layers_of_its_size(self) -> PadTransducer:
+        longest, cover = max(self.length, self.width), self.compliant.thickness
+        check_thickness(longest, self.compliant, self.photoelastic)
+        if longest > WIDEST * cover:
+            raise ValueError(
+                f"compliant.thickness = {cover * 1e3:.4g} mm is less than 1/{WIDEST:g} of the "
+                f"longest side, {longest * 1e3:.4g} mm, which takes more waves than fit in memory; "
+                "is its unit right?"
+            )
+        return self
 
     @model_validator(mode="after")
     def _does_not_creep(self) -> PadTransducer:

@@ -181,6 +181,20 @@ class Layer(Part):
         }
 
 
+THICKEST = 10.0
+"""Largest thickness of a layer, in the longest side of the sensor: beyond it a unit is wrong."""
+
+
+def check_thickness(longest: float, compliant: Layer, photoelastic: Layer) -> None:
+    """Refuse a layer so thick beside the longest side [m] that nothing would pass through it."""
+    for name, layer in (("compliant", compliant), ("photoelastic", photoelastic)):
+        if layer.thickness > THICKEST * longest:
+            raise ValueError(
+                f"{name}.thickness = {layer.thickness * 1e3:.4g} mm is more than "
+                f"{THICKEST:g} times the longest side, {longest * 1e3:.4g} mm; is its unit right?"
+            )
+
+
 class PhotoelasticLayer(Layer):
     """The clear layer whose stress makes it birefringent."""
 

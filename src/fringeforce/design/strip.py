@@ -27,6 +27,7 @@ from fringeforce.design.parts import (
     PhotoelasticLayer,
     Relaxation,
     RelaxationTerm,
+    check_thickness,
 )
 
 Plane = Literal["stress", "strain", "3d", "given"]
@@ -73,6 +74,12 @@ class Transducer(Part):
     )
     compliant: Layer
     photoelastic: PhotoelasticLayer
+
+    @model_validator(mode="after")
+    def _has_layers_of_its_size(self) -> Self:
+        if self.plane != "given":
+            check_thickness(max(self.length, self.width), self.compliant, self.photoelastic)
+        return self
 
     @model_validator(mode="after")
     def _relaxes_as_one_model_knows(self) -> Self:

@@ -98,6 +98,8 @@ def parse_quantity(text: str, unit: str) -> float:
     from pint.errors import PintError
 
     example = EXAMPLES[unit]
+    if "," in text:  # pint takes "0,5" for 05
+        raise ValueError(f"has a comma; write a decimal point, as in {example}")
     try:
         quantity = _quantity(text)
         dimensionless = quantity.unitless if unit == "radian" else quantity.dimensionless
