@@ -179,6 +179,17 @@ def test_commands_take_a_temperature_and_a_log(model: ff.SensorModel) -> None:
     )
     assert refused.exit_code != 0
     assert "--fps" in str(refused.exception or refused.output)
+    kelvin = run(app, ["read", "warm.h5", "shots.h5", "-o", "forces.csv", "--temperature", "298"])
+    assert kelvin.exit_code != 0
+    assert "such as 24.85 for 298 K" in str(kelvin.exception)
+    pad = ff.load_sensor("pad").replace(**{PATH: "-0.2 %/K"})
+    Path("pad.toml").write_text(pad.to_toml(), encoding="utf-8")
+    Path("presses.csv").write_text(
+        "frame,tactel,normal_N,tangential_x_N,tangential_y_N\n0,60,2,0,0\n3,60,2,0,0\n"
+    )
+    words = ["simulate", "pad.toml", "presses.csv", "-o", "pad.h5", "--fps", "1"]
+    warm = run(app, [*words, "--temperature", "log.csv"])
+    assert warm.exit_code == 0, warm.output
 
 
 def test_a_warm_pad_is_read_with_the_force_that_acts() -> None:

@@ -65,6 +65,8 @@ OTHERS = {".csv", ".npy", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".mp
 """Endings of tables, arrays and pictures, which are neither models nor designs."""
 ZERO_CELSIUS = 273.15
 """Zero of the Celsius scale [K]."""
+HOTTEST = 200.0
+"""Above it no clear elastomer lasts; kelvin taken for degrees Celsius are [degC]."""
 
 
 def stated_tolerances(stated: Sequence[str] | None) -> dict[str, str]:
@@ -106,9 +108,11 @@ def temperatures(stated: str | None, times: Any = None) -> Any:
     if stated is None:
         return None
     try:
-        return float(stated.removesuffix("degC")) + ZERO_CELSIUS
+        one = float(stated.removesuffix("degC"))
     except ValueError:
         pass
+    else:
+        return in_kelvin(one, "--temperature")
     log = Path(stated)
     if not log.is_file():
         raise InputError(
@@ -124,7 +128,20 @@ def temperatures(stated: str | None, times: Any = None) -> Any:
             f"{log} covers {when[0]:g} s to {when[-1]:g} s, and the frames {np.min(times):g} s to "
             f"{np.max(times):g} s; give a log of all of them."
         )
-    return np.interp(times, when, warm) + ZERO_CELSIUS
+    return in_kelvin(np.interp(times, when, warm), str(log))
+
+
+def in_kelvin(celsius: Any, source: str) -> Any:
+    """Temperatures in degrees Celsius as kelvin; InputError for ones that are kelvin already."""
+    import numpy as np
+
+    hottest = float(np.max(celsius))
+    if hottest > HOTTEST:
+        raise InputError(
+            f"{source}: {hottest:g} is above {HOTTEST:g} degrees Celsius; give degrees Celsius, "
+            f"such as {hottest - ZERO_CELSIUS:.4g} for {hottest:g} K."
+        )
+    return celsius + ZERO_CELSIUS
 
 
 def is_model(path: str) -> bool:

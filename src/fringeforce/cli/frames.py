@@ -69,12 +69,13 @@ def simulate(
         raise InputError(f"{forces} has times and no frames; give a column frame to simulate.")
     applied = loads.on_tactels(sensor.tactels.total) if loads.named else None
     touch = loads.presses() if applied is None else applied
-    times = {} if fps is None else {"times": load_frame_times(forces, len(touch), fps)}
-    warm = temperatures(temperature, times.get("times"))
-    if warm is not None:
-        times["temperature"] = warm
+    times = None if fps is None else load_frame_times(forces, len(touch), fps)
+    warm = temperatures(temperature, times)
+    state = {} if warm is None else {"temperature": warm}
+    if times is not None and sensor.dimensions == 1:  # a pad does not creep
+        state["times"] = times
     found = solved()
-    frames = found.expose(touch, rng=seed, **times)
+    frames = found.expose(touch, rng=seed, **state)
     save_frames(output, frames, found.pixel_positions, applied)
     print(f"{output}: {counted_frames(frames.shape)}")
 

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fringeforce.cli.arguments import (
-    ZERO_CELSIUS,
     Exposure,
     Friction,
     ModelOrDesign,
     Rate,
     RegionFile,
     Tolerance,
+    in_kelvin,
     sensor_and_model,
     stated_tolerances,
     writable,
@@ -112,7 +112,7 @@ def live(
         sinks = _opened(targets, found, bind, token)
         reader.prepare()
     refused = _Refused()
-    warm = None if temperature is None else temperature + ZERO_CELSIUS
+    warm = None if temperature is None else in_kelvin(temperature, "--temperature")
     with _interruptible() as stop, display(found.sensor, source.name) as report:
         told = refused.beside(report)
         statistics = run(
