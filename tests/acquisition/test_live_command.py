@@ -128,6 +128,7 @@ def test_an_interrupt_ends_with_everything_written(saved: Path, tmp_path: Path) 
         (["--to", "ws://0.0.0.0:0"], "--token"),
         (["--to", "tape:x"], "There is no place"),
         (["--line-rate", "-1"], "line_rate = -1"),
+        (["--camera", "webcam:0"], "a frame of this sensor is a line of 2048 pixels"),
     ],
 )
 def test_bad_input_ends_with_status_2_and_one_line(
@@ -138,6 +139,14 @@ def test_bad_input_ends_with_status_2_and_one_line(
     assert said.stderr.startswith("fringeforce: ")
     assert len(said.stderr.strip().splitlines()) == 1
     assert words in said.stderr
+
+
+def test_a_camera_that_sends_nothing_ends_with_status_1(saved: Path, tmp_path: Path) -> None:
+    slow = ["--line-rate", "0.1", "--block", "16", "--for", "0.2"]
+    said = run("live", str(saved), *slow, cwd=tmp_path)
+    assert said.returncode == 1
+    assert "Nothing came from" in said.stdout
+    assert "longer --for" in said.stdout
 
 
 def test_a_recording_that_cannot_be_used_says_why_once_and_ends_with_status_1(

@@ -58,7 +58,10 @@ Rate = Annotated[
     typer.Option("--line-rate", "--frame-rate", help="Lines, or images of a pad, per second."),
 ]
 Exposure = Annotated[float | None, typer.Option(help="Exposure of a line or image in seconds.")]
-Workers = Annotated[int | None, typer.Option(help="Processes; one for each core if not given.")]
+Workers = Annotated[
+    int | None,
+    typer.Option(help="Processes, 0 for none besides this one; one for each core if not given."),
+]
 
 
 OTHERS = {".csv", ".npy", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".mp4", ".avi"}

@@ -167,7 +167,12 @@ def _check_shape(path: Path, shape: tuple[int, ...], wanted: tuple[int, ...]) ->
             f"lines, state pixels = {shape[1]} in the design and calibrate or characterize anew."
         )
     frame = " x ".join(map(str, shape[1:]))
-    raise InputError(f"{path}: frames of {frame} pixels; the model's camera takes {own}.")
+    remedy = (
+        "Rows run along x: transpose the images."
+        if shape[1:] == wanted[::-1]
+        else "Give frames of that camera, or state this one in the design and characterize anew."
+    )
+    raise InputError(f"{path}: frames of {frame} pixels; the model's camera takes {own}. {remedy}")
 
 
 def _findings(readings: Sequence[Reading]) -> list[str]:

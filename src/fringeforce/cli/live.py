@@ -119,6 +119,9 @@ def live(
             reader, source, sinks, seconds=seconds, stop=stop, report=told, temperature=warm
         )
     print("\n".join([*summary(statistics), *refused.reasons(reader, statistics.statuses)]))
+    if seconds is not None and not statistics.statuses:
+        print(f"Nothing came from {source.name}. Look whether it runs, or give a longer --for.")
+        raise typer.Exit(1)
     if statistics.statuses and not any(Status[name].usable for name in statistics.statuses):
         print(f"None of the {statistics.counted} can be used.")
         raise typer.Exit(1)

@@ -41,7 +41,14 @@ class Question(StrEnum):
 
 
 def study(
-    question: Annotated[Question, typer.Argument(help="What to find out.")],
+    question: Annotated[
+        Question,
+        typer.Argument(
+            help="range: the largest forces; resolution: the smallest; convergence: errors of "
+            "meshes; sensitivity: which tolerances count; width: which plane model is right; "
+            "strain: what linear theory misses; creep: what is read after a release."
+        ),
+    ],
     design: Design,
     out: Annotated[Path, typer.Option("--out", help="Folder for figure, table and words.")] = Path(
         "study"
@@ -65,6 +72,7 @@ def study(
 
     With a figure, a table and a paragraph of plain words.
     """
+    from fringeforce.base.errors import InputError
     from fringeforce.design.files import load_strip
     from fringeforce.models.strip import characterize
     from fringeforce.studies.convergence import convergence_study
@@ -77,6 +85,10 @@ def study(
     from fringeforce.studies.width import width_study
 
     usable_folder(out)
+    if not 0 < load < float("inf"):
+        raise InputError(f"--load {load:g}: must be a force above 0 N, such as 1.")
+    if seed < 0:
+        raise InputError(f"--seed {seed}: must be a whole number, 0 or more.")
     sensor = load_strip(design)
     wide = None if width is None else quantity("--width", width, "meter")
     with executor(scheduler, workers) as pool, progress_bar() as advance:

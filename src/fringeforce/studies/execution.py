@@ -72,8 +72,11 @@ def executor(scheduler: str | None = None, workers: int | None = None) -> Iterat
     Raises
     ------
     InputError
-        If the scheduler cannot be reached or the package for it is not installed.
+        If the scheduler cannot be reached or the package for it is not installed, or processes
+        are fewer than none.
     """
+    if workers is not None and workers < 0:
+        raise InputError(f"workers = {workers}: must be 1 or more, or 0 for this process alone.")
     if scheduler is not None:
         with _cluster(scheduler) as pool:
             yield pool

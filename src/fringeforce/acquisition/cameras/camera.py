@@ -68,10 +68,10 @@ class Settings:
     block: int | None = None
 
     def __post_init__(self) -> None:
-        for name, unit in (("line_rate", "lines per second"), ("exposure", "seconds")):
+        for name, unit in (("line_rate", "lines or images per second"), ("exposure", "seconds")):
             value = getattr(self, name)
             if value is not None and not 0 < value < float("inf"):
-                raise InputError(f"{name} = {value}: must be a number of {unit} above 0.")
+                raise InputError(f"{name} = {value:g}: must be a number of {unit} above 0.")
         if self.block is not None and not 1 <= self.block <= 4096:
             raise InputError(f"block = {self.block}: must be from 1 to 4096 lines.")
         if self.exposure and self.line_rate and self.exposure * self.line_rate > 1:

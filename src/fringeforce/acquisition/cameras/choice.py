@@ -73,11 +73,12 @@ def open_camera(
 
         return SimulatedCamera(model, settings)
     frame = "a line" if sensor.dimensions == 1 else "an image"
+    size = " x ".join(map(str, sensor.frame_shape[-sensor.dimensions :]))
     if kind in WEBCAMS:
         raise InputError(
             f"{name} sends pictures, and a frame of this sensor is {frame} of "
-            f"{sensor.camera.pixels} pixels; find the sensor in a picture with  fringeforce "
-            "extract --region FILE  and give --region FILE here."
+            f"{size} pixels; find the sensor in a picture with  fringeforce extract --region FILE  "
+            "and give --region FILE here."
         )
     if len(sensor.polariscope.pictures) > 1:
         raise InputError(

@@ -57,7 +57,9 @@ class RosbagSink(Sink):
                 Path(path), version=9, storage_plugin=rosbag2.StoragePlugin.MCAP
             )
             self._bag.open()
-        except (OSError, rosbag2.WriterError) as error:
+        except rosbag2.WriterError as error:
+            raise FileFormatError(f"{str(error).rstrip('.')}; give another name.") from None
+        except OSError as error:
             raise FileFormatError(f"{path} cannot be written: {error}.") from None
         self._connections = {
             topic: self._bag.add_connection(f"{TOPIC}/{topic}", kind, typestore=self._store)
