@@ -225,7 +225,7 @@ def test_the_command_finds_terms_and_readings_use_them(tmp_path: Path) -> None:
     names = [str(tmp_path / name) for name in ("drawn.h5", "hold.npy", "hold.csv", "soft.h5")]
     ended = CliRunner().invoke(app, ["creep", *names[:3], "-o", names[3], "--fps", "4"])
     assert ended.exit_code == 0, ended.output
-    assert "1 terms of relaxation from 120 frames" in ended.output
+    assert "1 term of relaxation from 120 frames" in ended.output
     out = str(tmp_path / "forces.csv")
     without = CliRunner().invoke(app, ["read", names[3], names[1], "-o", out])
     assert "--fps" in without.output + str(without.exception)

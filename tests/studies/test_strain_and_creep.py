@@ -25,7 +25,7 @@ def short() -> ff.Sensor:
 
 
 def _column(rows: tuple[tuple[str, ...], ...], number: int) -> np.ndarray:
-    return np.array([float(row[number].rstrip("%")) for row in rows])
+    return np.array([float(row[number]) for row in rows])
 
 
 def test_what_the_orders_leave_grows_by_their_power(short: ff.Sensor) -> None:

@@ -362,11 +362,13 @@ def creep(
     found = find_relaxation(elastic, images, known, times)
     found.save(output)
     terms, stds = found.sensor.transducer.relaxation, found.sensor.tolerances
-    print(f"{output}: {len(terms) or 'no'} terms of relaxation from {len(images)} frames")
+    counted = "1 term" if len(terms) == 1 else f"{len(terms) or 'no'} terms"
+    print(f"{output}: {counted} of relaxation from {len(images)} frames")
     for number, term in enumerate(terms):
         share, time = (stds[f"transducer.relaxation.{number}.{key}"] for key in ("share", "time"))
         print(
-            f"{term.share:.2%} (standard deviation {share:.2%}) in {term.time:.3g} s ({time:.2g} s)"
+            f"  {1e2 * term.share:.2f} +/- {1e2 * share:.2f} % of the modulus in "
+            f"{term.time:.3g} +/- {time:.2g} s"
         )
 
 

@@ -18,7 +18,7 @@ from fringeforce.design.units import READABLE
 from fringeforce.studies.optimise import BestDesign
 from fringeforce.studies.performance import UNITS
 from fringeforce.studies.sampling import Axis
-from fringeforce.studies.study_result import StudyResult
+from fringeforce.studies.study_result import StudyResult, percent
 from fringeforce.studies.sweep import Sweep
 from fringeforce.studies.verification import Verified
 
@@ -239,14 +239,14 @@ def _limit(value: float) -> str:
 
 
 def _share(value: float) -> str:
-    return f"{100 * value:.3g}%"
+    return f"{100 * value:.3g} %"
 
 
 def _compared(one: float, other: float) -> str:
     """How a number compares with another, before the words for that one."""
     if one == other:
         return "the same as"
-    return f"{abs(1 - one / other):.0%} {'less' if one < other else 'more'} than"
+    return f"{percent(abs(1 - one / other))} {'less' if one < other else 'more'} than"
 
 
 def _title(one: Axis, joint: str = " ") -> str:

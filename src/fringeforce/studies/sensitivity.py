@@ -24,7 +24,7 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.studies.evaluation import Setting, evaluate
 from fringeforce.studies.execution import completed
 from fringeforce.studies.performance import NAMES
-from fringeforce.studies.study_result import StudyResult
+from fringeforce.studies.study_result import StudyResult, percent
 
 TOLERANCES: Mapping[str, float] = {
     "transducer.compliant.thickness": 0.05,
@@ -162,11 +162,11 @@ def sensitivity_study(
     relative = found.relative_psi / size
     moved = np.sqrt((found.forces**2).mean(axis=1)) / PAPER_LOAD
     rows = tuple(
-        (path, f"{tolerance[i]:.0%}", f"{relative[i]:.2f}", *(f"{v:.2f}" for v in moved[i]),
+        (path, f"{1e2 * tolerance[i]:.0f}", f"{relative[i]:.2f}", *(f"{v:.2f}" for v in moved[i]),
          *(f"{max(first[s, i], 0):.2f} / {total[s, i]:.2f}" for s in range(len(OUTPUTS))))
         for i, path in enumerate(paths)
     )  # fmt: skip
-    header = ("value", "tolerance", "psi, % per %", "normal, % per %", "tangential, % per %",
+    header = ("value", "tolerance [%]", "psi, % per %", "normal, % per %", "tangential, % per %",
               *(f"{name.replace('_', ' ')}: alone / with others" for name in OUTPUTS))  # fmt: skip
     text = _words(paths, tolerance, moved, total)
     return StudyResult(
@@ -187,11 +187,11 @@ def _words(paths: tuple[str, ...], tolerance: Array, moved: Array, total: Array)
         f"Under {PAPER_LOAD:g} N at {PAPER_ANGLE:g} degrees, read forces react most to "
         f"{paths[by_reading]}: 1 % of it moves normal ones by {moved[by_reading, 0]:.2f} % and "
         f"tangential ones by {moved[by_reading, 1]:.2f} % of the load (root mean square over "
-        f"tactels). Within its "
-        f"tolerance of {tolerance[widest]:.0%}, {paths[widest]} matters most, so calibrate it "
-        f"first. The peak phase owes {total[0, phase]:.0%} of its variance to {paths[phase]}, and "
-        f"the worst uncertainty {total[1, uncertainty]:.0%} to {paths[uncertainty]} (Sobol's total "
-        "indices within the tolerances)."
+        f"tactels). Within its tolerance of {percent(tolerance[widest])}, {paths[widest]} matters "
+        f"most, so calibrate it first. The peak phase owes {percent(total[0, phase])} of its "
+        f"variance to {paths[phase]}, and the worst uncertainty "
+        f"{percent(total[1, uncertainty])} to {paths[uncertainty]} (Sobol's total indices within "
+        "the tolerances)."
     )
 
 

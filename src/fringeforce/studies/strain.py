@@ -245,7 +245,7 @@ def strain_study(
         (
             f"{one.load:g}",
             f"{one.peak:.2f}",
-            *(f"{value:.2%}" for value in one.off),
+            *(f"{1e2 * value:.2f}" for value in one.off),
             *(_short(1e3 * value) for value in one.forces),
             *(_short(value) for value in one.deviations),
         )
@@ -253,7 +253,7 @@ def strain_study(
     )
     beyond = loaded.beyond
     header = (
-        "load [N]", "peak phase [rad]", "linear off", f"{beyond} off",
+        "load [N]", "peak phase [rad]", "phase off, linear [%]", f"{beyond} [%]",
         "force off, linear [mN]", f"{beyond} [mN]", "in deviations, linear", beyond,
     )  # fmt: skip
     return StudyResult(

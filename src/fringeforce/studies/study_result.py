@@ -15,6 +15,11 @@ from fringeforce.base.storage import writing
 from fringeforce.plotting import axes as plot
 
 
+def percent(share: float, digits: int = 0) -> str:
+    """A share in per cent, as text."""
+    return f"{1e2 * share:.{digits}f} %"
+
+
 @dataclass(frozen=True)
 class StudyResult:
     """The outcome of a study.

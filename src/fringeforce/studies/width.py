@@ -17,7 +17,7 @@ from fringeforce.models.strip import characterize
 from fringeforce.models.strip_width import strip_width
 from fringeforce.studies.execution import gathered
 from fringeforce.studies.one_phase import NARROW, OnePhase, one_phase
-from fringeforce.studies.study_result import StudyResult
+from fringeforce.studies.study_result import StudyResult, percent
 
 WIDTHS = (0.015, 0.05, 0.15, 0.4, 1.0, 2.5, 7.0, 20.0, 50.0)
 """Widths to look at, in thicknesses of the strip; the design's own comes between."""
@@ -98,14 +98,15 @@ def width_study(
             f"{one.width * 1e3:.3g}",
             *(f"{one.lead[k, middle]:.3f}" for k in (0, len(PLACES) - 1)),
             *(f"{np.abs(one.lead[k]).max():.3f}" for k in (0, len(PLACES) - 1)),
-            *(f"{away[name][i]:.2%}" for name in PLANES),
+            *(f"{1e2 * away[name][i]:.2f}" for name in PLANES),
             f"{one.turned:.3f}",
         )
         for i, one in enumerate(found)
     )
     header = (
-        "width [mm]", "p(0) in the middle [rad]", "near a face", "largest |p| in the middle",
-        "near a face", "off plane stress", "off plane strain", "retardance beyond p [rad]",
+        "width [mm]", "p(0) in mid-width [rad]", "p(0) near a face [rad]",
+        "largest |p| in mid-width [rad]", "largest |p| near a face [rad]",
+        "off plane stress [%]", "off plane strain [%]", "retardance beyond |p| [rad]",
     )  # fmt: skip
     return StudyResult(
         "width",
@@ -120,22 +121,27 @@ def width_study(
 def _words(own: float, found: Sequence[AtWidth], away: dict[str, Array]) -> str:
     widths = np.array([one.width for one in found])
     here = int(np.argmin(np.abs(widths - own)))
-    good = []
-    for level in LEVELS:
-        narrow = _reach(widths, away["stress"], level)
-        wide = _reach(widths[::-1], away["strain"][::-1], level)
-        stress = f"plane stress up to {narrow * 1e3:.3g} mm" if narrow else "plane stress nowhere"
-        strain = f"plane strain from {wide * 1e3:.3g} mm" if wide else "plane strain nowhere"
-        good.append(f"within {level:.0%} in mid-width, {stress} and {strain}")
+    narrow, wide = (
+        [_reach(widths[::step], away[name][::step], level) for level in LEVELS]
+        for name, step in (("stress", 1), ("strain", -1))
+    )
+    middle, face = (np.abs(found[here].lead[k]).max() for k in (0, -1))
     return (
         f"Under {PAPER_LOAD:g} N at {PAPER_ANGLE:g} degrees on every tactel of this strip, and as "
-        f"much per width on others, of the widths in the table these are good {'; '.join(good)}. "
-        f"At {own * 1e3:.3g} mm the phase in mid-width is off plane stress by "
-        f"{away['stress'][here]:.1%} and off plane strain by {away['strain'][here]:.0%} of the "
-        f"largest phase of either; in mid-width and near a side face its largest sizes are "
-        f"{np.abs(found[here].lead[0]).max():.2f} and {np.abs(found[here].lead[-1]).max():.2f} "
-        f"rad. Shear stresses add up to {found[here].turned:.2f} rad to the retardance off "
-        "mid-width."
+        f"much per width on the others of the table, plane stress holds in mid-width "
+        f"{_held(narrow, 'up to')}, plane strain {_held(wide, 'from')}. This strip is "
+        f"{own * 1e3:.3g} mm wide: its phase in mid-width is off plane stress by "
+        f"{percent(away['stress'][here], 1)} and off plane strain by "
+        f"{percent(away['strain'][here])} of the largest phase of either. The largest phase is "
+        f"{middle:.2f} rad in mid-width and {face:.2f} rad near a side face, where shear stresses "
+        f"add up to {found[here].turned:.2f} rad to the retardance."
+    )
+
+
+def _held(reaches: Sequence[float], bound: str) -> str:
+    return " and ".join(
+        f"within {percent(level)} {f'{bound} {reach * 1e3:.3g} mm' if reach else 'nowhere'}"
+        for level, reach in zip(LEVELS, reaches, strict=True)
     )
 
 
@@ -148,18 +154,21 @@ def _reach(widths: Array, away: Array, level: float) -> float:
 
 def _line_words(lines: Sequence[OnePhase]) -> str:
     worst = {load: [one for one in lines if one.load == load] for load in {o.load for o in lines}}
-    said = []
+    good, bad = [], []
     for load, group in sorted(worst.items()):
-        good = [one.line for one in group if one.error <= 2 * one.noise]
-        reach = f"{max(good) * 1e3:.3g} mm" if good else f"less than {group[0].line * 1e3:.3g} mm"
+        wide = [one.line for one in group if one.error <= 2 * one.noise]
+        reach = f"up to {max(wide) * 1e3:.3g} mm" if wide else "at no width"
+        good.append(f"{reach} at {load:g} N")
         last = group[-1]
-        said.append(
-            f"at {load:g} N lines up to {reach} ({last.contrast:.0%} of the contrast and "
-            f"{last.error:.2g} N rms at {last.line * 1e3:.3g} mm, noise alone {last.noise:.2g} N)"
+        bad.append(
+            f"{last.error:.2g} N at {load:g} N, where noise alone makes {last.noise:.2g} N and "
+            f"{percent(last.contrast)} of the contrast is left"
         )
     return (
-        "One phase for each pixel reads forces from the averaged light with at most twice the "
-        f"error of noise alone {'; '.join(said)}."
+        "A pixel that sees a wide line takes the mean of the light across it. Read as the light of "
+        "one phase, it puts forces off by at most twice what noise does with lines of a width "
+        f"{', '.join(good)} on every tactel. A line of {last.line * 1e3:.3g} mm puts them off, "
+        f"root mean square, by {'; '.join(bad)}."
     )
 
 
