@@ -7,7 +7,7 @@ from fringeforce.design.materials import materials
 
 LIGHTS = "| name | peak | full width at half maximum | what it is |\n|---|---|---|---|\n"
 HEAD = (
-    "| name | E | nu | fringe value | Yeoh's C10, C20, C30 | what it is |\n"
+    "| name | E | \u03bd | fringe value | Yeoh's C10, C20, C30 | what it is |\n"
     "|---|---|---|---|---|---|\n"
 )
 
@@ -19,9 +19,9 @@ def table() -> str:
         fringe = found.values.get("fringe_value", "")
         at = f" at {found.values['wavelength']}" if fringe else ""
         modulus, ratio = (found.values.get(k, "") for k in ("youngs_modulus", "poissons_ratio"))
-        law = ", ".join(found.values.get("yeoh", []))
-        cells = (f"`{found.name}`", modulus, ratio, fringe + at, law, found.about)
-        rows.append("| " + " | ".join(cells).replace("+/-", "±") + " |")
+        law = ", ".join(map(_unbroken, found.values.get("yeoh", [])))
+        numbers = _unbroken(modulus), _unbroken(ratio), _unbroken(fringe) + at, law
+        rows.append("| " + " | ".join((f"`{found.name}`", *numbers, found.about)) + " |")
         sources.setdefault(found.source, []).append(found.name)
     return HEAD + _page(rows, sources)
 
@@ -33,6 +33,11 @@ def lights() -> str:
         rows.append(f"| `{one.name}` | {one.wavelength} | {one.bandwidth} | {one.about} |")
         sources.setdefault(one.source, []).append(one.name)
     return LIGHTS + _page(rows, sources)
+
+
+def _unbroken(number: str) -> str:
+    """A number, its tolerance and its unit in one line."""
+    return number.replace("+/-", "±").replace(" ", "\u00a0")
 
 
 def _page(rows: list[str], sources: dict[str, list[str]]) -> str:

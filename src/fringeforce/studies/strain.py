@@ -309,4 +309,6 @@ def _draw(ax: Axes, found: list[AtLoad], loaded: Loaded) -> None:
     right.set(ylabel=f"largest error of {what} [standard deviations]")
     for part in (left, right):
         part.set(xscale="log", yscale="log", xlabel=f"force {loaded.where} [N]")
+        part.set_xticks(loads, [f"{load:.2g}" for load in loads])
+        part.set_xticks([], minor=True)
         part.legend(fontsize=8)
