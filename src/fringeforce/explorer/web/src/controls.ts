@@ -162,6 +162,11 @@ function terms(text: string): Term[] {
   });
 }
 
+/** A value with as many digits as a person reads. */
+export function readable<T>(value: T): T | number {
+  return typeof value === "number" ? Number(value.toPrecision(6)) : value;
+}
+
 /** A value as it is typed. */
 export function spelled(value: Value): string {
   if (!Array.isArray(value)) return `${value}`;

@@ -1,7 +1,7 @@
 /** The form of design values: typed as in a design file, or slid; refusals stand beside them. */
 
 import {
-  atNotch, type Changes, type Control, type Group, inUnit, NOTCHES, notch, spelled, typed, type Value,
+  atNotch, type Changes, type Control, type Group, inUnit, NOTCHES, notch, readable, spelled, typed, type Value,
 } from "./controls";
 import { byId, element, set } from "./dom";
 
@@ -44,7 +44,7 @@ export class DesignForm {
   show(values: Record<string, Value>): void {
     this.clear();
     for (const { control, row, field, slider } of this.rows.values()) {
-      const value = this.store.state.changes[control.path] ?? values[control.path] ?? (control.example && []);
+      const value = this.store.state.changes[control.path] ?? readable(values[control.path]) ?? (control.example && []);
       if (document.activeElement !== field || control.choices) field.value = spelled(value);
       if (slider && document.activeElement !== slider) this.place(control, slider, value);
       // such as tactels of a skin

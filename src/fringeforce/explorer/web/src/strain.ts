@@ -94,8 +94,9 @@ export class StrainPanel {
     const { finite } = this.store;
     this.choice.show(finite ? "finite" : "linear");
     const shown = this.shown?.design === model.id ? this.shown : null;
+    const taken = model.facts.values["transducer.strain"] === "finite" ? "finite" : "small";
     byId("finite").hidden = !finite || !shown;
-    write(byId("strain-note"), finite ? this.words(shown) : "Readings and all other pictures take strain as the design says.");
+    write(byId("strain-note"), finite ? this.words(shown) : `Finite shows what large strain changes here. Readings take ${taken} strain, as the design says.`);
     if (!finite || !shown) return;
     const place = layout(width, model.facts.strip.length);
     [shown.linear, shown.finite].forEach((phase, i) => drawFringes(this.canvases[i], model, phase, place));
