@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from fringeforce.design.light_sources import light_sources
 from fringeforce.design.materials import materials
+from fringeforce.design.units import parse_quantity
 
 LIGHTS = "| name | peak | full width at half maximum | what it is |\n|---|---|---|---|\n"
 HEAD = (
-    "| name | E | \u03bd | fringe value | Yeoh's C10, C20, C30 | what it is |\n"
+    "| name | E | \u03bd | fringe value{at} | Yeoh's C10, C20, C30 [kPa] | what it is |\n"
     "|---|---|---|---|---|---|\n"
 )
 
@@ -15,15 +16,17 @@ HEAD = (
 def table() -> str:
     """Rows of all materials, and below them the sources of their numbers."""
     rows, sources = [], dict[str, list[str]]()
+    lights = {found.values.get("wavelength") for found in materials().values()} - {None}
     for found in materials().values():
         fringe = found.values.get("fringe_value", "")
-        at = f" at {found.values['wavelength']}" if fringe else ""
+        at = f" at {found.values['wavelength']}" if fringe and len(lights) > 1 else ""
         modulus, ratio = (found.values.get(k, "") for k in ("youngs_modulus", "poissons_ratio"))
-        law = ", ".join(map(_unbroken, found.values.get("yeoh", [])))
+        law = ", ".join(_kilopascals(one) for one in found.values.get("yeoh", []))
         numbers = _unbroken(modulus), _unbroken(ratio), _unbroken(fringe) + at, law
         rows.append("| " + " | ".join((f"`{found.name}`", *numbers, found.about)) + " |")
         sources.setdefault(found.source, []).append(found.name)
-    return HEAD + _page(rows, sources)
+    at = f" at {lights.pop()}" if len(lights) == 1 else ""
+    return HEAD.format(at=at) + _page(rows, sources)
 
 
 def lights() -> str:
@@ -33,6 +36,10 @@ def lights() -> str:
         rows.append(f"| `{one.name}` | {one.wavelength} | {one.bandwidth} | {one.about} |")
         sources.setdefault(one.source, []).append(one.name)
     return LIGHTS + _page(rows, sources)
+
+
+def _kilopascals(text: str) -> str:
+    return f"{parse_quantity(text, 'pascal') / 1e3:.3g}"
 
 
 def _unbroken(number: str) -> str:
