@@ -121,3 +121,43 @@ def test_frames_that_do_not_change_are_not_calibrated_with(model: ff.SensorModel
     loads = np.random.default_rng(0).uniform(0.1, 1.5, (8, 11, 2)) * [1.0, 0.2]
     with pytest.raises(InputError, match="hardly change from frame to frame"):
         ff.calibrate(model.sensor, model.expose(loads, rng=1) > 0, loads)
+
+
+def _any(value: Any) -> Any:
+    """A value that a type checker takes for any."""
+    return value
+
+
+@pytest.mark.parametrize(
+    ("called", "words"),
+    [
+        (lambda sensor, model: ff.Reader(sensor), ["takes a model", "characterize(sensor)"]),
+        (lambda sensor, model: ff.characterize(model), ["made of a design", "load_sensor"]),
+        (lambda sensor, model: ff.touch(model, _any(None)), ["touch(model.sensor, reading)"]),
+        (lambda sensor, model: ff.Press(x=_any("2 mm"), normal=1.0), ["'2 mm'", "metres"]),
+        (
+            lambda sensor, model: model.expose([ff.Press(x=2.1, normal=1.0)]),
+            ["2100 mm", "+-12.5 mm", "metres"],
+        ),
+        (
+            lambda sensor, model: ff.model_from_influence(
+                np.linspace(-10, 10, 11),
+                np.ones((11, 1)),
+                {"pixels": 64, "bits": 8, "amplitude": 200, "offset": 20, "noise": 5},
+                {"wavelength": "546.1 nm"},
+            ),
+            ["-10 m to 10 m", "0.0127"],
+        ),
+        (
+            lambda sensor, model: sensor.replace(**{"polariscope.wavelength": 632.8}),
+            ["no wavelength of light", '"632.8 nm"'],
+        ),
+    ],
+    ids=["reader", "characterize", "touch", "press", "beyond", "influence", "wavelength"],
+)
+def test_what_was_swapped_or_lacks_its_unit_is_named_with_its_remedy(
+    model: ff.SensorModel, called: Any, words: list[str]
+) -> None:
+    with pytest.raises(ff.FringeforceError) as refusal:
+        called(model.sensor, model)
+    assert all(word in str(refusal.value) for word in words)

@@ -148,7 +148,12 @@ class Press:
         above = {"normal": self.normal, "friction": self.friction}
         above |= {k: v for k in ("width", "radius") if (v := getattr(self, k)) is not None}
         for name, value in (numbers | above).items():
-            values = np.atleast_1d(value)
+            try:
+                values = np.atleast_1d(np.asarray(value, dtype=float))
+            except (TypeError, ValueError):
+                raise InputError(
+                    f"{name} = {value!r} of a press must be a number in metres, newtons or degrees."
+                ) from None
             if not np.isfinite(values).all() or (name in above and (values <= 0).any()):
                 limit = "finite and above zero" if name in above else "finite"
                 raise InputError(f"{name} = {value} of a press must be {limit}.")

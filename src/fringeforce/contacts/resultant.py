@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from scipy.ndimage import binary_dilation, label
 
 from fringeforce.base.arrays import Array, Index, Mask
+from fringeforce.base.errors import InputError
 from fringeforce.base.measured import measured
 from fringeforce.contacts.force_estimate import ForceEstimate
 from fringeforce.design.pad import Pad
@@ -306,6 +307,11 @@ def touch(sensor: Sensor | Pad, reading: ForceEstimate) -> Touch:
     >>> len(felt.patches), round(float(felt.total.force[0]), 1)
     (1, 2.0)
     """
+    if not isinstance(sensor, Sensor | Pad):
+        raise InputError(
+            f"Touch is of a design, and this is of the kind {type(sensor).__name__}; of a model "
+            "give touch(model.sensor, reading)."
+        )
     places, grid = sensor.tactels.places, np.atleast_1d(sensor.tactels.count)
     total = getattr(reading, "total", None)
     if total is not None:  # of a skin, which tells contacts apart itself

@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator
+from pydantic import AfterValidator, BeforeValidator
 
 from fringeforce.design.fields import Length
 
@@ -111,5 +111,15 @@ def wavelength_text(value: Any) -> Any:
     return value
 
 
-Wavelength = Annotated[Length, BeforeValidator(wavelength_text)]
+LONGEST = 1e-3
+"""Wavelength beyond which light is none [m], and nanometres were given as metres."""
+
+
+def _of_light(value: float) -> float:
+    if value > LONGEST:
+        raise ValueError('is no wavelength of light; write its unit, as in "632.8 nm"')
+    return value
+
+
+Wavelength = Annotated[Length, AfterValidator(_of_light), BeforeValidator(wavelength_text)]
 """A wavelength in vacuum [m], or the name of a light source."""

@@ -54,6 +54,11 @@ def characterize(
     >>> ff.characterize(ff.load_sensor("saad")).psi.shape[1:]
     (11, 2)
     """
+    if not isinstance(sensor, Sensor | Pad):
+        raise InputError(
+            f"A model is made of a design, and this is of the kind {type(sensor).__name__}; take a "
+            "design from load_sensor(path)."
+        )
     if not isinstance(sensor, Pad):
         return strips.characterize(sensor, mesh, progress)
     if mesh not in (None, "default"):

@@ -158,12 +158,21 @@ def _placeholders(scale_error: float | str) -> dict[str, Any]:
     }
 
 
+WIDEST = 2.0
+"""Longest stretch of stations [m]; beyond it they are millimetres."""
+
+
 def _checked(x: Array, psi: Array) -> tuple[Array, Array]:
     """Stations, and the matrix with two components of every force."""
     if x.ndim != 1 or len(x) < 4 or not np.isfinite(x).all() or (np.diff(x) <= 0).any():
         raise InputError(
             f"x of shape {x.shape} is no list of stations; give at least four, finite and "
             "ascending."
+        )
+    if x[-1] - x[0] > WIDEST:
+        raise InputError(
+            f"x reaches from {x[0]:g} m to {x[-1]:g} m; give stations in metres, such as "
+            "0.0127 for 12.7 mm."
         )
     if psi.ndim == 2:
         psi = psi[..., None]

@@ -69,8 +69,9 @@ def tractions(sensor: Sensor, press: Press) -> Tractions:
     low, high, half = found.places.min(), found.places.max(), transducer.length / 2
     if low < -half or high > half:
         raise InputError(
-            f"A press at x = {press.x * 1e3:g} mm reaches from {low * 1e3:.3g} to "
-            f"{high * 1e3:.3g} mm, beyond the strip, which ends at +-{half * 1e3:g} mm."
+            f"A press at x = {press.x * 1e3:g} mm reaches from {low * 1e3:.4g} to "
+            f"{high * 1e3:.4g} mm, beyond the strip, which ends at +-{half * 1e3:g} mm; places and "
+            "sizes of a press are in metres."
         )
     return found
 

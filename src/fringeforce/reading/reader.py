@@ -144,6 +144,11 @@ class Reader:
         confidence: float = CONFIDENCE,
         history: float = 0.0,
     ) -> None:
+        if not isinstance(model, SensorModel | PadModel):
+            raise InputError(
+                f"A reader takes a model, and this is of the kind {type(model).__name__}; make one "
+                "with characterize(sensor), or take one from load_model(path)."
+            )
         kind = model.sensor.kind
         if model.sensor.skin is not None:
             kind = "skin" if kind == "strip" else "pad skin"
