@@ -25,6 +25,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("place")
     assert run("new", "s.toml", cwd=folder).returncode == 0
     assert started("characterize", "s.toml", "-o", "m.h5", cwd=folder).returncode == 0
+    np.save(folder / "lines.npy", np.zeros((3, 2048), np.uint8))
     return folder
 
 
@@ -167,6 +168,9 @@ def test_show_wraps_its_values_beside_their_names(
         ["study", "resolution", "s.toml", "--seed", "-1"],
         ["study", "range", "s.toml", "--workers", "-1"],
         ["sweep", "nope.toml", "-o", "r.h5"],
+        ["sweep", "s.toml", "-o", "r.h5"],
+        ["reproduce", "skin", "--out", "rep"],
+        ["extract", "saad", "lines.npy", "-o", "f.h5"],
     ],
     ids=" ".join,
 )

@@ -17,6 +17,8 @@ from fringeforce.pictures.region import Region
 
 COARSE = 400
 """Columns or rows, at most, of the picture in which the strip is looked for first."""
+LEAST_ROWS = 16
+"""Rows or columns below which a picture is none of a strip, but lines of a camera."""
 SMALLEST = 0.02
 """Share of all bright pixels from which a bright patch counts as a part of the strip."""
 STATIONS = 160
@@ -75,6 +77,11 @@ def find_region(
     if not planes or len({plane.shape for plane in planes}) > 1 or planes[0].ndim != 2:
         shapes = sorted({str(plane.shape) for plane in planes})
         raise InputError(f"Pictures of shapes {shapes}; give some of one size, rows by columns.")
+    if min(planes[0].shape) < LEAST_ROWS:
+        raise InputError(
+            f"Pictures of {planes[0].shape[0]} x {planes[0].shape[1]} pixels show no strip with "
+            "its surroundings; lines of a camera are frames already, which read and calibrate take."
+        )
     light = ndimage.gaussian_filter(np.max(planes, axis=0).astype(np.float32), 1.0)
     rows, columns = (int(length) for length in light.shape)
     corners = _coarse(light)

@@ -132,4 +132,10 @@ def read_table(model: type[Table], path: Path) -> Table:
             f"There is no study {str(path)!r} to read ({reason}); give a TOML file such as those "
             "in examples/studies and examples/dataset."
         ) from None
-    return validated(model, toml_values(text, str(path)), str(path), from_file=True)
+    values = toml_values(text, str(path))
+    if "transducer" in values:
+        raise InputError(
+            f"{path} is a design, and a study is needed here: a TOML file that names it, "
+            f'design = "{path.name}", such as those in examples/studies and examples/dataset.'
+        )
+    return validated(model, values, str(path), from_file=True)
