@@ -291,10 +291,11 @@ def update(
     Light, residual retardance and the place of the camera; of several channels the light of each
     and cross-talk.
 
-    Frames need no known loads; these tell the scale of a given influence matrix besides. Loads are
-    a table of tactels, of presses by position (x_mm, of a pad y_mm), or a log by time (time_s), as
-    `calibrate` takes them. What may have changed is one standard deviation each. Ends with status 1
-    if no drift explains the frames.
+    Frames need no known loads. Where loads are known, --loads takes them as `calibrate` does, a
+    table of tactels, of presses by position (x_mm, of a pad also y_mm), or a log by time (time_s);
+    they tell the scale of a given influence matrix besides. --light, --residual, --shift, --scale
+    and --crosstalk each state a standard deviation. Ends with status 1 if no drift explains the
+    frames.
     """
     from fringeforce.calibration.drift import update as updated
     from fringeforce.calibration.drift_report import Drift
