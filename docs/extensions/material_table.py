@@ -8,7 +8,7 @@ from fringeforce.design.units import parse_quantity
 
 LIGHTS = "| name | peak | full width at half maximum | what it is |\n|---|---|---|---|\n"
 HEAD = (
-    "| name | E | \u03bd | fringe value{at} | Yeoh's C10, C20, C30 [kPa] | what it is |\n"
+    "| name | E | \u03bd | fringe value{at} | Yeoh's C10, C20, C30 in kPa | what it is |\n"
     "|---|---|---|---|---|---|\n"
 )
 
@@ -21,7 +21,7 @@ def table() -> str:
         fringe = found.values.get("fringe_value", "")
         at = f" at {found.values['wavelength']}" if fringe and len(lights) > 1 else ""
         modulus, ratio = (found.values.get(k, "") for k in ("youngs_modulus", "poissons_ratio"))
-        law = ", ".join(_kilopascals(one) for one in found.values.get("yeoh", []))
+        law = ",\u00a0".join(_kilopascals(one) for one in found.values.get("yeoh", []))
         numbers = _unbroken(modulus), _unbroken(ratio), _unbroken(fringe) + at, law
         rows.append("| " + " | ".join((f"`{found.name}`", *numbers, found.about)) + " |")
         sources.setdefault(found.source, []).append(found.name)
@@ -43,8 +43,9 @@ def _kilopascals(text: str) -> str:
 
 
 def _unbroken(number: str) -> str:
-    """A number, its tolerance and its unit in one line."""
-    return number.replace("+/-", "±").replace(" ", "\u00a0")
+    """A number with its unit, and its tolerance; a line may end between them alone."""
+    parts = (part.strip().replace(" ", "\u00a0") for part in number.split("+/-"))
+    return " ±\u00a0".join(parts)
 
 
 def _page(rows: list[str], sources: dict[str, list[str]]) -> str:

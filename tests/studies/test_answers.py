@@ -21,6 +21,7 @@ from fringeforce.studies.performance import coarse_model, performance
 from fringeforce.studies.range import range_study
 from fringeforce.studies.resolution import resolution, resolution_study
 from fringeforce.studies.sensitivity import local_sensitivity, variance_indices
+from fringeforce.studies.study_result import StudyResult
 from reading.exact_frames import Bench, drawing
 
 pytestmark = pytest.mark.slow
@@ -201,3 +202,18 @@ def test_the_answer_about_range_says_that_case_1_has_the_larger_one(study_path: 
     assert "Case 1 has the larger range" in answer.text
     assert answer.rows[0][1:3] == ("any load", "any load")
     assert answer.rows[0][3:] == ("0 N", "0 N")
+
+
+def test_titles_of_a_table_are_broken_where_its_numbers_are_short() -> None:
+    header = "tactel", "normal Cramer-Rao, median [mN]", "verdict"
+    rows = ("1", "7.28", "a cell of many words"), ("11", "6.93", "OK")
+    found = StudyResult("resolution", header, rows, "Plain words.", lambda ax: None)
+    assert found.lines() == [
+        "        normal",
+        "        Cramer-Rao,",
+        "tactel  median [mN]  verdict",
+        "1       7.28         a cell of many words",
+        "11      6.93         OK",
+        "",
+        "Plain words.",
+    ]

@@ -14,6 +14,9 @@ from matplotlib.axes import Axes
 from fringeforce.base.storage import writing
 from fringeforce.plotting import axes as plot
 
+NARROW = 12
+"""Characters to which titles of columns are broken on a terminal, where numbers are shorter."""
+
 
 def percent(share: float, digits: int = 0) -> str:
     """A share in per cent, as text."""
@@ -49,7 +52,13 @@ class StudyResult:
 
     def lines(self) -> list[str]:
         """Table and text for a terminal."""
-        table = [self.header, *self.rows]
+        heads = [
+            textwrap.wrap(title, max([NARROW, *(len(row[place]) for row in self.rows)]))
+            for place, title in enumerate(self.header)
+        ]
+        height = max(map(len, heads))
+        titles = zip(*([""] * (height - len(head)) + head for head in heads), strict=True)
+        table = [*titles, *self.rows]
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         shown = [
             "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
