@@ -84,7 +84,7 @@ class PadTransducer(Part):
             raise ValueError(
                 f"compliant.thickness = {cover * 1e3:.4g} mm is less than 1/{WIDEST:g} of the "
                 f"longest side, {longest * 1e3:.4g} mm, which takes more waves than fit in memory; "
-                "is its unit right?"
+                "are both units right?"
             )
         return self
 

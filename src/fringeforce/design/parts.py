@@ -191,7 +191,8 @@ def check_thickness(longest: float, compliant: Layer, photoelastic: Layer) -> No
         if layer.thickness > THICKEST * longest:
             raise ValueError(
                 f"{name}.thickness = {layer.thickness * 1e3:.4g} mm is more than "
-                f"{THICKEST:g} times the longest side, {longest * 1e3:.4g} mm; is its unit right?"
+                f"{THICKEST:g} times the longest side, {longest * 1e3:.4g} mm; are both units "
+                "right?"
             )
 
 
