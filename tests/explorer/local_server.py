@@ -18,7 +18,9 @@ from fringeforce.explorer.session import FirstDesign
 from fringeforce.explorer.workers import Workers
 
 TOKEN = "token-of-the-tests"
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+BROWSERS = "chromium-headless-shell", "chromium", "chromium-browser"
+CHROMIUM = next(filter(None, map(shutil.which, BROWSERS)), None)
+"""The first needs a third less of the processor than the others, which have windows as well."""
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
     "--disable-background-networking", "--disable-component-update",

@@ -11,7 +11,7 @@ from local_server import CHROMIUM, LocalServer
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, ViewportSize, expect
 
 needs_browser = pytest.mark.skipif(
-    CHROMIUM is None, reason="needs a browser; on Debian: apt-get install chromium"
+    CHROMIUM is None, reason="needs a browser; on Debian: apt-get install chromium-headless-shell"
 )
 WAIT = 180_000
 """Until whatever is expected of a page [ms].
