@@ -23,6 +23,7 @@ from fringeforce.base.storage import (
     load_array,
     new_file,
     read,
+    text,
     write,
     write_forces,
     write_frames,
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 
 FRAMES, DATASET = "frames", "dataset"
 """Kinds of these files."""
+SHARD = f"fringeforce-{DATASET}"
+"""What a file of a data set says it is."""
 KINDS = FRAMES, "images"
 """Kinds of recordings; those of pads were called images before."""
 SURFACES = {1: "lines of a strip", 2: "images of a pad"}
@@ -106,13 +109,13 @@ def load_frames(path: PathLike, dimensions: int = 1) -> NDArray[Any]:
     FileFormatError
         If the file is missing, damaged, of a kind that is not read, or of the other kind of sensor.
     """
-    if format_of(path) == f"fringeforce-{DATASET}":
-        with existing_file(path, DATASET) as file:
-            frames, found = read(file, "image"), 2
-    elif Path(path).suffix.lower() in HDF5:
-        with existing_file(path, *KINDS) as file:
-            frames = read_rows(file, "grey", path)
-            found = 2 if "y" in file else 1
+    if Path(path).suffix.lower() in HDF5 or format_of(path) == SHARD:
+        with existing_file(path, *KINDS, DATASET) as file:
+            if text(file, "format") == SHARD:
+                frames, found = read(file, "image"), 2
+            else:
+                frames = read_rows(file, "grey", path)
+                found = 2 if "y" in file else 1
     else:
         frames, found = load_array(path), dimensions
         frames = frames[None] if frames.ndim == dimensions else frames
@@ -139,10 +142,11 @@ def load_applied(path: PathLike) -> Array | None:
 
     Those of a live recording are readings, and none that were applied.
     """
-    if Path(path).suffix.lower() not in HDF5 or format_of(path) == f"fringeforce-{DATASET}":
+    if Path(path).suffix.lower() not in HDF5:
         return None
-    with existing_file(path, *KINDS) as file:
-        return read(file, "forces") if "forces" in file and "status" not in file else None
+    with existing_file(path, *KINDS, DATASET) as file:
+        applied = "forces" in file and "status" not in file and text(file, "format") != SHARD
+        return read(file, "forces") if applied else None
 
 
 def load_times(path: PathLike) -> Array | None:
@@ -150,7 +154,8 @@ def load_times(path: PathLike) -> Array | None:
 
     Of cameras since 1970, of videos since their start.
     """
-    if Path(path).suffix.lower() not in HDF5 or format_of(path) == f"fringeforce-{DATASET}":
+    if Path(path).suffix.lower() not in HDF5:
         return None
-    with existing_file(path, *KINDS) as file:
-        return read_rows(file, "time", path) if "time" in file else None
+    with existing_file(path, *KINDS, DATASET) as file:
+        known = "time" in file and text(file, "format") != SHARD
+        return read_rows(file, "time", path) if known else None
