@@ -64,8 +64,10 @@ clean:
 	$(BIN)/python -m pip install $(INSTALLING) -e .
 	@touch $@
 
+# pip of Python 3.11 takes half as long again as its successors.
 .venv/bin/pip:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	    { echo "fringeforce needs Python 3.11 or newer; set PYTHON=python3.x"; exit 1; }
 	@$(PYTHON) -m venv .venv || \
 	    { echo "python3 cannot make environments here; on Debian: apt-get install python3-venv"; exit 1; }
+	@$(BIN)/python -m pip install $(INSTALLING) --upgrade pip
