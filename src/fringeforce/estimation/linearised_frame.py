@@ -258,7 +258,7 @@ def fill_linearised(model, prior, frame, unknowns, work, sigma, heat, out):
                 _lumped(model, weighed, beside[v], weights[u, v])
     for u in range(kinds):
         for v in range(u):
-            weights[v, u] = weights[u, v]
+            copied(weights[u, v], weights[v, u])
     pulled = of_all_channels(pulls[0], len(model.fixed))
     for x in range(at.visibility):
         gradient[x] = dot(columns[x], pulled)

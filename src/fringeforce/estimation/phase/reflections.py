@@ -182,6 +182,7 @@ def _mirrored(phase, places, moments, pulls):
                 shift += changes[count, k] ** 2
             if shift > DIFFERENT_IMAGE:
                 loss[count] = wanted - shift
-                stretch[count] = places[i], places[j], multiple[j] if i == 0 else multiple[i]
+                stretch[count, 0], stretch[count, 1] = places[i], places[j]
+                stretch[count, 2] = multiple[j] if i == 0 else multiple[i]
                 count += 1
     return changes[:count], loss[:count], stretch[:count]
