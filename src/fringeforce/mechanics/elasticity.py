@@ -108,7 +108,7 @@ def _as_a_whole(
     transducer: Transducer, positions: Array, mesh: Mesh, weights: Array | None
 ) -> Array:
     system = _factorised(transducer, mesh, _held(transducer, mesh))
-    return _coefficients(system, transducer, positions, mesh, weights)
+    return _by_component(system.solve(*_line_loads(transducer, positions, mesh), weights))
 
 
 def _by_halves(
@@ -126,10 +126,8 @@ def _by_halves(
     even = _factorised(transducer, half, held)
     pair = even.columns[even.kind[-1]].stiffness
     lines = even.lines.held_last(pair, np.repeat([False, True], held.shape[2]))
-    both = [
-        _coefficients(system, transducer, left, half, weights)
-        for system in (even, replace(even, lines=lines))
-    ]
+    loads = _line_loads(transducer, left, half)
+    both = [_by_component(one) for one in even.solve_both(*loads, weights, lines)]
     near, far = (both[0] + both[1]) / 2, (both[0] - both[1]) / 2
     upright = np.array([1.0, -1.0])
     image, sign = _mirror_image(mesh.order, middle)
@@ -178,18 +176,17 @@ def _factorised(transducer: Transducer, mesh: Mesh, held: Mask) -> TensorSystem:
     )
 
 
-def _coefficients(
-    system: TensorSystem,
-    transducer: Transducer,
-    positions: Array,
-    mesh: Mesh,
-    weights: Array | None,
-) -> Array:
+def _line_loads(transducer: Transducer, positions: Array, mesh: Mesh) -> tuple[Array, Array]:
+    """`_unit_loads` per width of the strip, all cases along the last axis."""
     lines, between = (
         (loads / transducer.width).reshape(*loads.shape[:3], 2 * len(positions))
         for loads in _unit_loads(mesh, positions)
     )
-    solved = system.solve(lines, between, weights)
+    return lines, between
+
+
+def _by_component(solved: Array) -> Array:
+    """Cases as places and components."""
     return solved.reshape(*solved.shape[:3], -1, 2)
 
 

@@ -8,8 +8,9 @@ all of the cost is the block Cholesky factorisation of the lines.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -136,6 +137,9 @@ def _assembled(numbering: _Numbering, shells: Array, inside: Array) -> _Column:
     return _Column(reduced, recovery, np.asarray(yielding, dtype=np.float64), inside)
 
 
+_Recovery = list[Callable[[Array, Array], Array]]
+
+
 @dataclass(frozen=True)
 class TensorSystem:
     """A factorised strip with a bonded base, ready for any number of loads on its mesh lines."""
@@ -162,23 +166,47 @@ class TensorSystem:
         ndarray, shape (2, order * columns + 1, order * rows + 1 or 1, cases)
             Coefficients of u and w on the tensor grid of shape functions [m].
         """
-        order, cases = self.numbering.order, loads.shape[-1]
+        lines, between = self._on_lines(loads, between)
+        return self._everywhere(self.lines.solve(lines), between, self._recovery(weights))
+
+    def solve_both(
+        self, loads: Array, between: Array, weights: Array | None, other: BlockCholesky
+    ) -> tuple[Array, Array]:
+        """As `solve`, and with other lines, which differ in the last one alone."""
+        lines, between = self._on_lines(loads, between)
+        recovery = self._recovery(weights)
+        here, there = self.lines.solve_both(lines, other)
+        return (
+            self._everywhere(here, between, recovery),
+            self._everywhere(there, between, recovery),
+        )
+
+    def _on_lines(self, loads: Array, between: Array) -> tuple[Array, Array]:
+        """Forces on the lines, with what those between them push there; and these, flat."""
+        cases = loads.shape[-1]
         lines, between = (
             part.reshape(len(part), np.prod(part.shape[1:-1]), cases) for part in (loads, between)
         )
         for c, kind in enumerate(self.kind):
             pushed = self.columns[kind].rungs[self.numbering.top].T @ between[c]
             lines[c : c + 2] += pushed.reshape(2, -1, cases)
-        lines = self.lines.solve(lines)
+        return lines, between
+
+    def _recovery(self, weights: Array | None) -> _Recovery:
+        """For each kind of column, from displacements of its lines to all or to their sums."""
         if weights is None:
-            depth, columns = self.numbering.grid.shape[2], self.columns
-            recovered = self._inside
-        else:
-            depth, columns = 1, [self._summed(column, weights) for column in self.columns]
-            recovered = self._sums
-        result = np.empty((2, order * len(self.kind) + 1, depth, cases))
-        for c, kind in enumerate(self.kind):
-            column = recovered(columns[kind], lines[c : c + 2].reshape(-1, cases), between[c])
+            return [partial(self._inside, column) for column in self.columns]
+        return [partial(self._sums, self._summed(column, weights)) for column in self.columns]
+
+    def _everywhere(self, lines: Array, between: Array, recovery: _Recovery) -> Array:
+        """Coefficients as of `solve`, from displacements of the lines."""
+        order, cases = self.numbering.order, lines.shape[-1]
+        found = [
+            recovery[kind](lines[c : c + 2].reshape(-1, cases), between[c])
+            for c, kind in enumerate(self.kind)
+        ]
+        result = np.empty((2, order * len(found) + 1, *found[0].shape[2:]))
+        for c, column in enumerate(found):
             result[:, c * order : (c + 1) * order + 1] = column
         return result
 

@@ -22,11 +22,33 @@ class BlockCholesky:
 
     def solve(self, loads: Array) -> Array:
         """Displacements for forces of shape (links, unknowns of a link, cases)."""
+        return self._backward(self._forward(loads))
+
+    def solve_both(self, loads: Array, other: BlockCholesky) -> tuple[Array, Array]:
+        """Displacements in this chain and in one that differs from it in its last link alone."""
+        values = self._forward(loads)
+        others = values.copy()
+        others[-1] = other._forward_last(loads, values[-2])
+        return self._backward(values), other._backward(others)
+
+    def _forward(self, loads: Array) -> Array:
+        """Values by the lower factor; cases that load later links only are zero before these."""
         values = np.where(self.held[..., None], 0.0, loads)
-        for i, (factor, lower) in enumerate(zip(self.diagonal, self.lower, strict=True)):
+        numbers = np.where(values.any(axis=1), np.arange(1, values.shape[-1] + 1), 0)
+        for i, count in enumerate(np.maximum.accumulate(numbers.max(axis=1, initial=0))):
+            here = values[i, :, :count]
             if i:
-                values[i] -= lower @ values[i - 1]
-            values[i] = forward(factor, values[i])
+                here -= self.lower[i] @ values[i - 1, :, :count]
+            here[:] = forward(self.diagonal[i], here)
+        return values
+
+    def _forward_last(self, loads: Array, before: Array) -> Array:
+        """The last of these values, from the one before it."""
+        last = np.where(self.held[-1, :, None], 0.0, loads[-1]) - self.lower[-1] @ before
+        return forward(self.diagonal[-1], last)
+
+    def _backward(self, values: Array) -> Array:
+        """Displacements from the values of `_forward`, in their place."""
         for i in reversed(range(len(values))):
             if i + 1 < len(values):
                 values[i] -= self.lower[i + 1].T @ values[i + 1]
