@@ -138,7 +138,7 @@ def test_any_tolerances_survive_the_round_trip(
     thickness, width, angle = sizes
     sensor = ff.load_sensor("saad").replace(
         **{
-            THICKNESS: f"{thickness!r} m +/- {100 * shares[0]!r} %",
+            THICKNESS: f"{thickness / 4!r} m +/- {100 * shares[0]!r} %",
             YOUNG: f"{1e6 * shares[1]!r} +/- {1e5 * shares[1]!r} Pa",
             "transducer.compliant.poissons_ratio": f"{nu!r} +/- {0.03 * shares[2]!r}",
             "tactels.placement": f"0 m ± {width!r} mm",

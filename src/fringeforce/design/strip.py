@@ -230,7 +230,7 @@ class Skin(Part):
         count = max(round(self.extent / spacing), 5)
         pitch = self.extent / count
         room = int((transducer.length - self.extent) / 2 / pitch) - 1
-        beyond = max(min(int(np.ceil(BEYOND * cover / pitch)), room), 0)
+        beyond = max(min(round(BEYOND * cover / pitch), room), 0)
         return Tactels(count=count + 1 + 2 * beyond, pitch=pitch)
 
 
@@ -319,8 +319,7 @@ class Sensor(Design):
         block, tactels = self.transducer, self.tactels
         width = tactels.contact_width or block.compliant.thickness
         if self.skin is not None:
-            reach = 2 * float(tactels.positions[-1])
-            return Section(block, max(int(reach / width), 1), width, width)
+            return Section(block, max(int(self.skin.extent / width), 1), width, width)
         return Section(block, tactels.count, tactels.pitch, width)
 
     @property

@@ -87,7 +87,7 @@ def plane_check(sensor: Sensor, progress: Progress | None = None) -> PlaneCheck:
         Told words, the steps done and their count.
     """
     drawn = sensor.tactels
-    ends = np.abs(drawn.positions).max()
+    ends = np.abs(drawn.positions).max() if sensor.skin is None else sensor.skin.extent / 2
     lines = Tactels(count=min(drawn.total, LINE_LOADS), pitch=drawn.pitch)
     if drawn.total > LINE_LOADS:
         lines = Tactels(count=LINE_LOADS, pitch=2 * ends / (LINE_LOADS - 1))
