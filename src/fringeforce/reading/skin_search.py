@@ -89,22 +89,28 @@ class SkinSearch:
     @cached_property
     def beam(self) -> PosteriorSearch:
         """The beam search on patches as wide as the cover is thick."""
-        return self._rows[0]
+        return self._on_skin[0]
 
     @cached_property
-    def _rows(self) -> tuple[PosteriorSearch, ...]:
-        """The beam search on rows of patches of each of `PATCHES`."""
-        return tuple(PosteriorSearch(self._patches(width)) for width in PATCHES)
+    def _on_skin(self) -> tuple[PosteriorSearch, ...]:
+        """The beam search on rows of patches of each of `PATCHES`, all over the skin."""
+        return tuple(PosteriorSearch(self._patches(width, self.skin.half)) for width in PATCHES)
 
-    def _patches(self, width: float) -> FrameModel:
-        """The strip with patches as far as its line loads reach in the place of tactels."""
+    @cached_property
+    def _beyond(self) -> list[PosteriorSearch]:
+        """The same of the widest ones, as far as line loads reach; none if that is no farther."""
+        last, skin = self.skin.places[-1], self.skin
+        farther = last > skin.half + skin.narrowest
+        return [PosteriorSearch(self._patches(PATCHES[0], last))] if farther else []
+
+    def _patches(self, width: float, reach: float) -> FrameModel:
+        """The strip with patches as far to either side as given [m] in the place of tactels."""
         skin = self.skin
-        extent = 2 * skin.half
-        count = max(round(extent / (width * skin.cover)), 2)
+        count = max(round(2 * reach / (width * skin.cover)), 2)
         geometry = np.zeros((count, GEOMETRY))
-        half = extent / count / 2
+        half = reach / count
         geometry[:, WIDTH] = half
-        geometry[:, PLACE] = -skin.half + half * (1 + 2 * np.arange(count))
+        geometry[:, PLACE] = -reach + half * (1 + 2 * np.arange(count))
         return skin.touched(geometry)
 
     @cached_property
@@ -126,7 +132,7 @@ class SkinSearch:
     def phases(self, lines: Lines) -> Iterator[Array]:
         """Candidates of the phase at the nodes, shape (m,), the likeliest of each effort first."""
         given = list[Array]()
-        for effort, beam in product(EFFORTS, self._rows):
+        for effort, beam in self._beams():
             starts, scores, push = beam.starts(lines, lines.light, effort)
             loads = starts[:, : beam.model.at.loads].reshape(len(starts), -1, 2)[:, :, 0]
             # both signs are found alike, and contacts push; the sum of wide loads hardly shows
@@ -139,6 +145,15 @@ class SkinSearch:
                 if all(np.abs(phase - known).max() > SAME_PHASE for known in given):
                     given.append(phase)
                     yield phase
+
+    def _beams(self) -> Iterator[tuple[Effort, PosteriorSearch]]:
+        """Attempts in the order in which they are made, first on the skin.
+
+        Patches from end to end of the strip would explain many frames by even pressure besides,
+        which hardly shows, so that those across the ends of the skin come after all others.
+        """
+        yield from product(EFFORTS, self._on_skin)
+        yield from product(EFFORTS, self._beyond)
 
     def pressed(self, phase: Array) -> tuple[Array, float]:
         """Line loads inside the friction cone that fit a phase best.
