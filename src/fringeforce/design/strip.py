@@ -208,7 +208,7 @@ LINES = 0.2
 cover is thick does not pass through it."""
 BEYOND = 2.0
 """How far line loads go on beyond each end of a skin, where the strip does, in thicknesses of the
-cover: contacts that lie across an end are half as wide."""
+cover: half the width of the widest contact that is read with its middle on an end."""
 
 
 class Skin(Part):
