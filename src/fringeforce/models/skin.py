@@ -165,8 +165,8 @@ class SkinModel:
         """
         found, least = geometry.copy(), self.narrowest
         last = self.places[-1]
-        most = min(self.half, last - least)
-        place = found[:, PLACE] = np.clip(found[:, PLACE], -most, most)
+        farthest = min(self.half, last - least)
+        place = found[:, PLACE] = np.clip(found[:, PLACE], -farthest, farthest)
         beside = last - np.abs(place)
         most = np.maximum(np.minimum(beside, WIDEST * self.cover), least)
         found[:, WIDTH] = np.clip(np.abs(found[:, WIDTH]), least, most)
