@@ -47,6 +47,7 @@ from fringeforce.estimation.phase_fit import (
 )
 from fringeforce.estimation.score_test import Score
 from fringeforce.estimation.uncertain_contacts import contacts_about
+from fringeforce.estimation.uncertain_light import Relit, relit
 
 Array = NDArray[np.float64]
 
@@ -261,6 +262,10 @@ class Posterior:
     def _spreads(self) -> dict[Top, Array]:
         return {}
 
+    @cached_property
+    def _relit(self) -> dict[Top, Relit | None]:
+        return {}
+
     def linearised(self, top: Top) -> Linearised:
         """The loss about a top."""
         if top not in self._abouts:
@@ -393,6 +398,14 @@ class Posterior:
             except np.linalg.LinAlgError:
                 continue
         return None
+
+    def relit(self, top: Top) -> Relit | None:
+        """What uncertain light does to the loads about a top; none if they hardly go with it."""
+        if top not in self._relit:
+            size = sharp(self.model, self.phase(top))
+            model = self.bins.pixels(size, self.model)
+            self._relit[top] = relit(model, self.prior, self._binned(size), top.unknowns)
+        return self._relit[top]
 
     def evidence(self, top: Top, about: Linearised) -> float:
         """Logarithm of the posterior mass around a top, less a constant (Laplace)."""

@@ -139,6 +139,12 @@ class Explanations:
         self.tops.append(top)
         self.tops.sort(key=lambda one: one.loss)
 
+    def relight(self) -> None:
+        """Add what the best one leads to where the light is as far from it as may be."""
+        if light := self.posterior.relit(self.tops[0]):
+            for start in light.ends:
+                self.add(self.posterior.settled(start))
+
     def explains(self, top: Top, chance: float) -> bool:
         """Whether an explanation leaves nothing but noise."""
         if top.chance < FALSE_VERDICT:

@@ -342,6 +342,7 @@ class StripFrameReader(StripFrames):
             model = self.uncertain.under(loads)._replace(fixed=posterior.model.fixed)
             posterior = replace(posterior, model=model)
             met = Explanations(posterior, [posterior.settled(top.unknowns) for top in met.tops])
+        met.relight()
         reading, located = self._stated(met, earlier=before.frames)
         if reading.ok and (said := self._departing(located.posterior, located.top)):
             return reading.departing(said), None
@@ -546,6 +547,11 @@ class StripFrameReader(StripFrames):
             for k, top in enumerate(near):
                 if bent := posterior.propagated(top, self._profiles):
                     means[k], covariances[k] = bent
+                if light := posterior.relit(top):
+                    means[k], covariances[k] = (
+                        means[k] + light.offset,
+                        covariances[k] + light.covariance,
+                    )
             loads, covariance = mixture(weights, means, covariances)
         others = [one for one, is_same in zip(weighed, same, strict=True) if not is_same]
         alone = loads, covariance

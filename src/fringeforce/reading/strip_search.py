@@ -23,6 +23,13 @@ from fringeforce.reading.strip_frames import MISSED
 IMAGES = 6
 """Mirror images that are tried in a round, to mend what does not fit or to find what rivals it; of
 a frame that is faint throughout, those in a row that lead to no new explanation of weight."""
+DOUBTFUL = 0.1
+"""Chance that noise leaves as much as an explanation does below which all its mirror images are
+tried, and with more care: one right explanation in ten leaves that much."""
+CAREFUL_HEATS, TRAPPED = (1000.0, *HEATS), 60.0
+"""Factors on the variance of the noise of a climb that valleys of place and width hardly trap; and
+how much more than an explanation of weight leaves one may leave that stays at the phase of its
+image, to be climbed to once more so."""
 IMAGE_ROUNDS = 3
 """Rounds of mirror images without a better explanation, each from the best one so far."""
 FAINT_PHASE = 1.5
@@ -67,7 +74,8 @@ class StripFrameSearch:
             return met
         met.explained = True
         if met.rough:
-            self.improve(met, met.rough[0], stop=False)
+            doubtful = not met.explains(met.tops[0], DOUBTFUL)
+            self.improve(met, met.rough[0], stop=False, doubtful=doubtful)
         met.settle()
         turned = posterior.mirrored(met.tops[0].unknowns)
         if posterior.even and _may_push(posterior, turned):
@@ -134,10 +142,18 @@ class StripFrameSearch:
                         return True
         return False
 
-    def improve(self, met: Explanations, top: Top, stop: bool, within: Mask | None = None) -> None:
+    def improve(
+        self,
+        met: Explanations,
+        top: Top,
+        stop: bool,
+        within: Mask | None = None,
+        doubtful: bool = False,
+    ) -> None:
         """Look among mirror images of stretches of the phase, those of the best ones first.
 
-        Images of a better one are looked for at once, and of rivals of the best one afterwards.
+        Images of a better one are looked for at once, and of rivals of the best one afterwards; all
+        of them, and with care, if the explanation is doubtful.
         Where the phase is faint all along, light hardly tells the sign of any lobe, and there are
         far more rivals than `IMAGES`: there a round goes on as long as it finds new ones.
         """
@@ -163,12 +179,14 @@ class StripFrameSearch:
                     continue
                 seen.add(phase, told)
                 vain += not same_phase(phase, here)
-                if vain > IMAGES:
+                if vain > IMAGES and not doubtful:
                     break
-                bound = met.rough[0].loss + NEGLIGIBLE_LOSS + 8
-                reached = posterior.settled(start, BINS, HEATS[1:], bound=bound)
-                if stop and reached.loss >= top.loss - 1:
-                    careful = posterior.settled(posterior.drawn_in(start), BINS, HEATS)
+                lightest = met.rough[0].loss + NEGLIGIBLE_LOSS
+                reached = posterior.settled(start, BINS, HEATS[1:], bound=lightest + 8)
+                trapped = lightest < reached.loss < lightest + TRAPPED
+                trapped = trapped and same_phase(posterior.phase(reached), phase)
+                if trapped or ((stop or doubtful) and reached.loss >= top.loss - 1):
+                    careful = posterior.settled(posterior.drawn_in(start), BINS, CAREFUL_HEATS)
                     reached = min(reached, careful, key=lambda one: one.loss)
                 best, ended = met.rough[0].loss, posterior.phase(reached)
                 has_weight = reached.loss < best + NEGLIGIBLE_LOSS
