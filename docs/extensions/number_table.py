@@ -17,7 +17,7 @@ ROOMS = ("reading", "estimation", "models")
 DECIDING = {
     "estimation.hypotheses": ("CONFIDENCE", "NEGLIGIBLE_LOSS", "SAME_PHASE"),
     "estimation.residual_test": ("FALSE_ALARM", "FALSE_VERDICT"),
-    "reading.strip_frames": ("MISSED",),
+    "reading.strip_frames": ("MISSED", "STILL_MISSED"),
     "estimation.posterior": ("WAVES",),
     "models.uncertainty": ("BROKEN",),
     "reading.departure_test": ("HARMLESS",),

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import re
+from collections import deque
 from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +22,9 @@ STILLS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 VIDEOS = (".mp4", ".avi", ".mkv", ".mov", ".webm")
 ARRAYS = (".npy", ".tif", ".tiff")
 ENDINGS = (*STILLS, ".npy", *VIDEOS)
+AHEAD = 2
+"""Files that are decoded at a time, the one that is asked for and the next: while lines are taken
+from one picture another is decoded, which needs no interpreter."""
 Picture = NDArray[Any]
 
 
@@ -51,13 +57,17 @@ def load_pictures(
     FileFormatError
         If a file is missing, damaged or of a kind that is not read.
     """
-    for path in paths:
-        for file in _files(Path(path)):
+    files = [file for path in paths for file in _files(Path(path))]
+    stills = (file for file in files if file.suffix.lower() not in VIDEOS)
+    with ThreadPoolExecutor(AHEAD) as threads:
+        begun = deque[Future[Iterable[Picture]]]()
+        for file in files:
             if file.suffix.lower() in VIDEOS:
                 yield from _video(file)
-            else:
-                for picture in _still(file):
-                    yield _checked(file, picture), None
+                continue
+            begun.extend(threads.submit(_still, one) for one in islice(stills, AHEAD - len(begun)))
+            for picture in begun.popleft().result():
+                yield _checked(file, picture), None
 
 
 def _files(path: Path) -> list[Path]:

@@ -66,6 +66,7 @@ from fringeforce.reading.strip_explanations import (
 from fringeforce.reading.strip_frames import (
     HOPELESS_LOSS,
     MISSED,
+    STILL_MISSED,
     StripFrames,
     doubted,
 )
@@ -570,7 +571,7 @@ class StripFrameReader(StripFrames):
         if status is None and not tracked and posterior.model.at.size > count:
             chance = met.chance(near[0])
             if chance < MISSED:
-                probability = doubted(probability, chance)
+                probability = doubted(probability, chance, STILL_MISSED)
         if status is None:
             sure = probability >= self.confidence and not detail
             status = Status.OK if sure else Status.AMBIGUOUS
