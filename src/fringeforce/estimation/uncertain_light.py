@@ -34,6 +34,8 @@ STRIDE, STRIDES = 0.6, 5
 """Steps of the light, in its standard deviations, and how many to either side: three deviations."""
 CLIMB_STEPS = 10
 """Most steps of a climb from one value of the light to the next."""
+DIMMEST = 0.1
+"""Share of the light as drawn below which none is tried: there is no light without any."""
 UNLIKELY = 15.0
 """Loss above the least at which a value of the light has no weight: exp(-7.5), less than a part in
 a thousand."""
@@ -111,18 +113,18 @@ class Refitted(NamedTuple):
         The top there.
     loss : float
         Twice the negative logarithm of its posterior, less a constant.
-    covariance : ndarray, shape (size, size)
-        Laplace's, at this light.
+    hessian : ndarray, shape (size, size)
+        Half the second derivative of that, at this light.
     """
 
     unknowns: Array
     loss: float
-    covariance: Array
+    hessian: Array
 
-    @property
-    def evidence(self) -> float:
-        """Logarithm of the posterior mass at this light, less a constant."""
-        return float(np.linalg.slogdet(self.covariance)[1] - self.loss) / 2
+    def evidence(self, counted: NDArray[np.bool_]) -> float:
+        """Logarithm of the posterior mass of some unknowns at this light, less a constant."""
+        own = self.hessian[np.ix_(counted, counted)]
+        return -float(np.linalg.slogdet(own)[1] + self.loss) / 2
 
 
 def refitted(
@@ -136,8 +138,20 @@ def refitted(
     about = Linearised(*linearise(known, prior, frame, unknowns))
     unknowns = unknowns.copy()
     unknowns[modes] += direction * value
-    covariance = np.asarray(np.linalg.inv(about.hessian), dtype=float)
-    return Refitted(unknowns, loss + value**2, covariance)
+    return Refitted(unknowns, loss + value**2, about.hessian)
+
+
+def needed(covariance: Array, unknowns: Array, loads: int) -> NDArray[np.bool_]:
+    """All unknowns but the loads of contacts that are no larger than their deviations, (size,).
+
+    As many loads as a drawing has tactels widen under a dimmer light, whether a frame asks for them
+    or not, and their volume would speak for it.  Priors of each contact as wide as its own force
+    take out those it does not ask for (MacKay, ASHRAE Trans. 100, 1053, 1994).
+    """
+    counted = np.ones(len(unknowns), dtype=bool)
+    square = np.square(unknowns[:loads]) / covariance.diagonal()[:loads]
+    counted[:loads] = np.repeat(square.reshape(-1, 2).mean(axis=1) > 1, 2)
+    return counted
 
 
 def relit(model: FrameModel, prior: Prior, frame: Array, unknowns: Array) -> Relit | None:
@@ -159,20 +173,23 @@ def relit(model: FrameModel, prior: Prior, frame: Array, unknowns: Array) -> Rel
     begin = float(direction @ unknowns[modes])
     top = refitted(model, prior, frame, unknowns, direction, begin)
     slope = laplace[:, modes] @ np.linalg.solve(laplace[modes, modes], direction)
-    points, ends = [top], list[Array]()
+    points, ends, bright = [top], list[Array](), direction @ model.brightness
     for step in (-STRIDE * deviation, STRIDE * deviation):
         here, ahead = top, top.unknowns + step * slope
         for number in range(1, STRIDES + 1):
             before, value = here, begin + number * step
+            if (1 + value * bright).min() < DIMMEST:
+                break
             here = refitted(model, prior, frame, ahead, direction, value)
             points.append(here)
             if here.loss > top.loss + UNLIKELY:
                 break
             ahead = 2 * here.unknowns - before.unknowns
         ends.append(here.unknowns)
-    shares = softmax([one.evidence for one in points])
+    counted = needed(laplace, unknowns, at.loads)
+    shares = softmax([one.evidence(counted) for one in points])
     means = np.array([one.unknowns[: at.loads] for one in points])
-    alone = np.array([one.covariance[: at.loads, : at.loads] for one in points])
+    alone = np.array([np.linalg.inv(one.hessian)[: at.loads, : at.loads] for one in points])
     mean, covariance = mixture(shares, means, alone)
     own = laplace[: at.loads, : at.loads]
     sizes, axes = eigh(covariance - own, own)
