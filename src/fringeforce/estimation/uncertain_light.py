@@ -189,8 +189,8 @@ def relit(model: FrameModel, prior: Prior, frame: Array, unknowns: Array) -> Rel
     counted = needed(laplace, unknowns, at.loads)
     shares = softmax([one.evidence(counted) for one in points])
     means = np.array([one.unknowns[: at.loads] for one in points])
-    alone = np.array([np.linalg.inv(one.hessian)[: at.loads, : at.loads] for one in points])
-    mean, covariance = mixture(shares, means, alone)
+    alone = [np.linalg.inv(one.hessian)[: at.loads, : at.loads] for one in points]
+    mean, covariance = mixture(shares, means, np.array(alone, dtype=float))
     own = laplace[: at.loads, : at.loads]
     sizes, axes = eigh(covariance - own, own)
     root = own @ axes

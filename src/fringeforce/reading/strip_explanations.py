@@ -30,6 +30,9 @@ FAINT_SHARE = 0.1
 """Share of the largest phase below which two phases are alike, where that is less than
 `SAME_PHASE`: the light of a faint touch hardly tells a phase from its mirror image, which is near.
 """
+SPARE = 2.0
+"""How many times as much loss an explanation may leave as one without weight: few contacts
+outweigh many that leave less."""
 MOST_TOLD = float(-2 * np.log(1e-4))
 """Most loss that earlier frames add to an explanation: one that they speak for is wrong once in ten
 thousand for reasons that no frame shows."""
@@ -117,7 +120,7 @@ class Explanations:
     def settle(self) -> None:
         """Add all explanations that may have weight."""
         for rough in self.rough:
-            if rough.loss > self.rough[0].loss + NEGLIGIBLE_LOSS:
+            if rough.loss > self.rough[0].loss + SPARE * NEGLIGIBLE_LOSS:
                 break
             if not self.tops:
                 self._settle(rough)
@@ -162,7 +165,7 @@ class Explanations:
         found = list[tuple[Top, Linearised]]()
         posterior = self.posterior
         for top in self.tops:
-            if top.loss > self.tops[0].loss + NEGLIGIBLE_LOSS:
+            if top.loss > self.tops[0].loss + SPARE * NEGLIGIBLE_LOSS:
                 break
             about = posterior.linearised(top)
             if not any(_same(top, other, about) for other, _ in found):
