@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 import fringeforce as ff
-from fringeforce.design.files import shipped_designs
+from fringeforce.design.shipped import shipped_designs
 from fringeforce.mechanics import fourier
 from fringeforce.mechanics.mesh import Mesh, strip_mesh
 from fringeforce.optics.photoelasticity import phase_lead, stress_optic_constant

@@ -1,6 +1,7 @@
 """The command line: files in, files out, one line when the input is bad."""
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import fringeforce as ff
 from commands import run, started
 from fringeforce.calibration.bench_loads import BenchLoads, in_words
 from fringeforce.cli import app
+from fringeforce.design.shipped import shipped_designs, shipped_pads
 from fringeforce.io.bench_loads import load_bench_loads
 from fringeforce.io.frames import load_frames
 from fringeforce.io.tables import load_forces, save_forces
@@ -34,6 +36,23 @@ def test_every_command_has_help(command: str, tmp_path: Path) -> None:
     result = run(command, "-h", cwd=tmp_path)
     assert result.returncode == 0
     assert "Usage" in result.stdout
+
+
+@pytest.mark.parametrize("command", [*COMMANDS, "benchmark make", "benchmark score"])
+def test_help_speaks_of_no_types_of_python_and_fits_a_terminal(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    said = run(*command.split(), "-h", cwd=tmp_path).stdout
+    assert not re.search(r"<(str|int|float|path|list\[.*)>", said)
+    assert max(map(len, said.splitlines())) <= 80
+    assert said.isascii()
+    assert not re.search(r"\w-\n", said)  # names are there to be copied
+
+
+def test_help_names_every_shipped_design(tmp_path: Path) -> None:
+    said = run("new", "-h", cwd=tmp_path).stdout.replace(",", " ").replace(".", " ").split()
+    assert {*shipped_designs(), *shipped_pads()} <= set(said)
 
 
 def test_the_list_of_commands_says_each_line_to_its_end(tmp_path: Path) -> None:

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 import fringeforce as ff
-from fringeforce.design.files import parse_sensor, shipped_designs
+from fringeforce.design.files import parse_sensor
+from fringeforce.design.shipped import shipped_designs
 from fringeforce.design.units import USUAL, _quantity, parse_quantity
 
 SAAD = shipped_designs()["saad"].read_text(encoding="utf-8")

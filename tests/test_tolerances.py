@@ -8,7 +8,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import fringeforce as ff
-from fringeforce.design.files import parse_sensor, shipped_designs
+from fringeforce.design.files import parse_sensor
+from fringeforce.design.shipped import shipped_designs
 from fringeforce.design.tolerances import Tolerances, parse_tolerance
 from fringeforce.design.units import parse_quantity
 

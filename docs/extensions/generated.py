@@ -55,8 +55,8 @@ def command_help() -> str:
     """What `--help` says of every command, in Markdown."""
     runner = CliRunner(env={"COLUMNS": "88", "TERM": "dumb"})
     parts = []
-    for name in ("", *(command.name or "" for command in _registered())):
-        said = runner.invoke(commands, [name, "--help"] if name else ["--help"]).output
+    for name in ("", *_registered()):
+        said = runner.invoke(commands, [*name.split(), "--help"]).output
         title = f"fringeforce {name}".strip()
         parts.append(f"## `{title}`\n\n```text\n{said.strip()}\n```")
     return "\n\n".join(parts) + "\n"
@@ -71,10 +71,14 @@ def plain_bars(
             lines[number] = re.sub(r"\||(?<=, )\*(?=\w+\))", r"\\\g<0>", line)
 
 
-def _registered() -> list:
+def _registered() -> list[str]:
+    """Names of commands, those of a group behind it."""
     from typer.main import get_group
 
-    return list(get_group(commands).commands.values())
+    names = []
+    for name, command in get_group(commands).commands.items():
+        names += [name, *(f"{name} {inner}" for inner in getattr(command, "commands", ()))]
+    return names
 
 
 def _write(path: Path, text: str) -> None:

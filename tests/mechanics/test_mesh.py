@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
 import fringeforce as ff
-from fringeforce.design.files import shipped_designs
+from fringeforce.design.shipped import shipped_designs
 from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.mesh import Mesh, paper_mesh, strip_mesh
 

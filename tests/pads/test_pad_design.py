@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import fringeforce as ff
-from fringeforce.design.files import load_strip, parse_sensor, shipped_pads
+from fringeforce.design.files import load_strip, parse_sensor
 from fringeforce.design.pad import Pad
+from fringeforce.design.shipped import shipped_pads
 
 
 @pytest.mark.parametrize("name", shipped_pads())

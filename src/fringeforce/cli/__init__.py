@@ -19,6 +19,7 @@ from fringeforce.cli.datasets import dataset
 from fringeforce.cli.designs import characterize, materials, new, show
 from fringeforce.cli.explorer import explore
 from fringeforce.cli.frames import read, simulate
+from fringeforce.cli.help import Command
 from fringeforce.cli.live import live
 from fringeforce.cli.mistakes import USAGE_ERROR, tell
 from fringeforce.cli.paper import reproduce
@@ -33,6 +34,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 app = typer.Typer(
     name="fringeforce",
     help="Turn the drawing of a photoelastic tactile sensor into a force instrument.",
+    epilog="Begin with `fringeforce explore`, which opens a sensor in the browser; "
+    "`fringeforce COMMAND -h` says what a command takes.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
@@ -58,7 +61,7 @@ COMMANDS = (
     *(plan, calibrate, check, update, creep, study, sweep, optimise, dataset, explore, reproduce),
 )
 for command in COMMANDS:
-    app.command()(command)
+    app.command(cls=Command)(command)
 app.add_typer(benchmark)
 
 

@@ -10,12 +10,21 @@ import typer
 
 from fringeforce.base.errors import InputError
 from fringeforce.cli.progress import progress_bar
+from fringeforce.design.shipped import shipped_designs, shipped_pads
 
-Design = Annotated[str, typer.Argument(help="Design file, or the name of a shipped design.")]
+SHIPPED = ", ".join([*shipped_designs(), *shipped_pads()])
+Design = Annotated[
+    str,
+    typer.Argument(
+        help="Design file, or a shipped design such as saad (`fringeforce new -h` lists all)."
+    ),
+]
 Model = Annotated[Path, typer.Argument(help="Model file that `characterize` or `calibrate` wrote.")]
 ModelOrDesign = Annotated[
     str,
-    typer.Argument(help="Model file, or a design (file or shipped name), which is solved first."),
+    typer.Argument(
+        help="Model file, or a design (a file or the name of a shipped one), which is solved first."
+    ),
 ]
 Frames = Annotated[
     Path,
@@ -28,39 +37,61 @@ RegionFile = Annotated[
     Path | None,
     typer.Option(
         "--region",
+        metavar="<file>",
         help="Where strip or pad is in pictures (`fringeforce extract --region`); frames may be "
         "pictures, videos and folders of them.",
     ),
 ]
 Scheduler = Annotated[
-    str | None, typer.Option(help="Dask scheduler to use, such as tcp://127.0.0.1:8786.")
+    str | None,
+    typer.Option(metavar="<address>", help="Dask scheduler to use, such as tcp://127.0.0.1:8786."),
 ]
 Friction = Annotated[
     float | None,
-    typer.Option(help="Coefficient of friction: limits forces to N >= 0, |T| <= friction * N."),
+    typer.Option(
+        metavar="<ratio>",
+        help="Coefficient of friction, such as 0.8: limits forces to N >= 0, |T| <= friction N; "
+        "no limit if not given.",
+    ),
 ]
 Tolerance = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="<path=value>",
-        help="What to allow for, such as 'camera.shift = 0 +/- 0.05 mm'; give it again for more.",
+        metavar="<value>",
+        help="Design value to allow for, such as 'camera.shift = 0 +/- 0.05 mm'; give it again "
+        "for more.",
     ),
 ]
 Temperature = Annotated[
     str | None,
     typer.Option(
+        metavar="<degC|file>",
         help="Temperature of the clear layer in degrees Celsius, such as 25; or a CSV log of it "
-        "with the columns time_s, temperature_degC, whose times are those of the frames."
+        "with the columns time_s, temperature_degC, whose times are those of the frames.",
     ),
 ]
 Rate = Annotated[
     float | None,
-    typer.Option("--line-rate", "--frame-rate", help="Lines, or images of a pad, per second."),
+    typer.Option(
+        "--line-rate",
+        "--frame-rate",
+        metavar="<Hz>",
+        help="Lines of a strip, or images of a pad, per second; the camera's own if not given.",
+    ),
 ]
-Exposure = Annotated[float | None, typer.Option(help="Exposure of a line or image in seconds.")]
+Exposure = Annotated[
+    float | None,
+    typer.Option(
+        metavar="<seconds>",
+        help="Exposure of a line or image, such as 0.001; the camera's own if not given.",
+    ),
+]
 Workers = Annotated[
     int | None,
-    typer.Option(help="Processes, 0 for none besides this one; one for each core if not given."),
+    typer.Option(
+        metavar="<count>",
+        help="Processes, 0 for none besides this one; one for each core if not given.",
+    ),
 ]
 
 

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from fringeforce.cli.help import Command
 from fringeforce.cli.progress import progress_bar
 
 benchmark = typer.Typer(
@@ -20,17 +21,30 @@ benchmark = typer.Typer(
 )
 
 
-@benchmark.command()
+@benchmark.command(cls=Command)
 def make(
     folder: Annotated[Path, typer.Argument(help="New folder for frames and truth.")],
-    frames: Annotated[int, typer.Option(help="Public frames of a track, and hidden ones.")] = 100,
+    frames: Annotated[
+        int,
+        typer.Option(
+            metavar="<count>", help="Public frames of each track, and as many hidden ones."
+        ),
+    ] = 100,
     track: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="<str>", help="One of drawn, built, soft, touch, held; give it again for more."
+            metavar="<track>",
+            help="One of drawn, built, soft, touch, held, and again for more; all if not given.",
         ),
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Makes the same frames again.")] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            metavar="<number>",
+            help="Start of the random numbers: the same seed makes the same frames; another one "
+            "each time if not given.",
+        ),
+    ] = None,
 ) -> None:
     """Simulate frames, half with their truth, half to be read.
 
@@ -46,13 +60,16 @@ def make(
     print(f"{folder}: {frames} public and {frames} hidden frames of each; keep {folder / 'truth'}")
 
 
-@benchmark.command()
+@benchmark.command(cls=Command)
 def score(
     folder: Annotated[Path, typer.Argument(help="Folder that `benchmark make` made.")],
     answers: Annotated[
-        Path, typer.Argument(help="Folder with a CSV of each track: drawn.csv, ...")
+        Path, typer.Argument(help="Folder with a CSV of each track, such as drawn.csv.")
     ],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="JSON to write.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="<file>", help="Scores to write besides (JSON)."),
+    ] = None,
 ) -> None:
     """Compare readings of the hidden frames with their truth."""
     from rich.console import Console

@@ -23,8 +23,9 @@ from fringeforce.cli.progress import progress_bar
 Parameters = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="<str>",
-        help="Estimate this design value, a dotted path, and no others; give it again for more. "
+        metavar="<name>",
+        help="Estimate this value of the design, such as "
+        "transducer.photoelastic.stress_optic_coefficient, and no others; give it again for more. "
         "Without it, all that loads can tell are estimated.",
     ),
 ]
@@ -35,22 +36,42 @@ BESIDE_TACTELS = {
     "on tactels, or calibrate a design with a skin, which reads contacts anywhere",
 }
 Loads = Annotated[Path, typer.Argument(help=LOADS)]
+Output = Annotated[
+    Path, typer.Option("-o", "--output", metavar="<file>", help="Model file to write (HDF5).")
+]
 
 
 def plan(
     source: Annotated[
         str, typer.Argument(help="Design file, shipped design, or a calibrated model to improve.")
     ],
-    presses: Annotated[int, typer.Option(help="Number of calibration loads, a frame each.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="CSV of loads to write.")],
-    largest: Annotated[str, typer.Option(help="Largest force of one calibration load.")] = "3 N",
+    presses: Annotated[
+        int, typer.Option(metavar="<count>", help="Number of calibration loads, a frame each.")
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="<file>", help="CSV of loads to write.")
+    ],
+    largest: Annotated[
+        str,
+        typer.Option(
+            metavar="<force>", help="Largest force of one calibration load, such as '500 mN'."
+        ),
+    ] = "3 N",
     friction: Annotated[
         float | None,
-        typer.Option(help="Contacts slip beyond |T| = friction N; without it T can act alone."),
+        typer.Option(
+            metavar="<ratio>",
+            help="Coefficient of friction, such as 0.8: contacts slip beyond |T| = friction N; "
+            "without it T can act alone.",
+        ),
     ] = None,
-    density: Annotated[float, typer.Option(help="Largest fringe density, per pixel.")] = 0.2,
+    density: Annotated[
+        float,
+        typer.Option(metavar="<number>", help="Largest density of fringes, in fringes per pixel."),
+    ] = 0.2,
     together: Annotated[
-        int, typer.Option(help="Tactels that can be pressed at a time, 1 or 2.")
+        int,
+        typer.Option(metavar="<count>", help="Tactels that can be pressed at a time, 1 or 2."),
     ] = 1,
     parameter: Parameters = None,
     plot: Annotated[bool, typer.Option("--plot", help="Draw the gain beside the CSV.")] = False,
@@ -92,29 +113,41 @@ def plan(
 
 def calibrate(
     design: Design,
-    frames: Annotated[Path, typer.Option(help="Frames: .h5, .npy, .png or .tiff, a row each.")],
-    loads: Annotated[Path, typer.Option(help=LOADS)],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    frames: Annotated[
+        Path,
+        typer.Option(metavar="<file>", help="Frames: .h5, .npy, .png or .tiff, a row each."),
+    ],
+    loads: Annotated[Path, typer.Option(metavar="<file>", help=LOADS)],
+    output: Output,
     parameter: Parameters = None,
     dark: Annotated[
-        Path | None, typer.Option(help="Frames with the light off; strips only.")
+        Path | None,
+        typer.Option(metavar="<file>", help="Frames with the light off; strips only."),
     ] = None,
     unloaded: Annotated[
-        Path | None, typer.Option(help="Frames without load, polarisers crossed.")
+        Path | None,
+        typer.Option(metavar="<file>", help="Frames without load, polarisers crossed."),
     ] = None,
     bright: Annotated[
         Path | None,
-        typer.Option(help="Frames without load, the analyser turned by 90 degrees; strips only."),
+        typer.Option(
+            metavar="<file>",
+            help="Frames without load, the analyser turned by 90 degrees; strips only.",
+        ),
     ] = None,
     fps: Annotated[
         float | None,
-        typer.Option(help="Frames per second, for loads by time, if the frames have no times."),
+        typer.Option(
+            metavar="<Hz>",
+            help="Frames per second, for loads by time, if the frames have no times.",
+        ),
     ] = None,
     aside: Annotated[
         int,
         typer.Option(
-            help="Check the model by loaded frames that it was not fitted to, every fifth if not "
-            "given; 3 takes every third, 0 none."
+            metavar="<number>",
+            help="Check the model by loaded frames that it was not fitted to: 5 sets every fifth "
+            "aside, 0 none.",
         ),
     ] = 5,
     columns: Annotated[
@@ -125,21 +158,32 @@ def calibrate(
         ),
     ] = False,
     cell_gain: Annotated[
-        float, typer.Option(help="Standard deviation of the load cell's gain, relative.")
+        float,
+        typer.Option(
+            metavar="<share>",
+            help="Standard deviation of the load cell's gain, such as 0.01 for 1 %.",
+        ),
     ] = 0.0,
     cell_zero: Annotated[
-        str | None, typer.Option(help="Standard deviation of its zero, such as '20 mN'.")
+        str | None,
+        typer.Option(
+            metavar="<force>",
+            help="Standard deviation of the load cell's zero, such as '20 mN'; none if not given.",
+        ),
     ] = None,
     plot: Annotated[
         bool, typer.Option(help="Draw what the model leaves of the frames, beside the model.")
     ] = True,
     report: Annotated[
         Path | None,
-        typer.Option(help="HTML page to write: verdict, residuals, fields, contacts and values."),
+        typer.Option(
+            metavar="<file>",
+            help="HTML page to write: verdict, residuals, fields, contacts and values.",
+        ),
     ] = None,
     region: RegionFile = None,
 ) -> None:
-    """Make the model agree with the sensor on the bench.
+    """Fit a model to frames of your sensor under known loads.
 
     Ends with status 1 if the model must not be used.
 
@@ -215,7 +259,10 @@ def check(
     loads: Loads,
     fps: Annotated[
         float | None,
-        typer.Option(help="Frames per second, for loads by time, if the frames have no times."),
+        typer.Option(
+            metavar="<Hz>",
+            help="Frames per second, for loads by time, if the frames have no times.",
+        ),
     ] = None,
 ) -> None:
     """Compare readings with known loads.
@@ -257,45 +304,66 @@ def check(
 def update(
     model: Model,
     frames: Annotated[Path, typer.Argument(help="Frames, under loads that nobody need know.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    output: Output,
     loads: Annotated[
         Path | None,
         typer.Option(
-            help="CSV of the loads, if they are known: of tactels, by position or by time."
+            metavar="<file>",
+            help="CSV of the loads, if they are known: of tactels, by position or by time.",
         ),
     ] = None,
     fps: Annotated[
         float | None,
-        typer.Option(help="Frames per second, for loads by time, if the frames have no times."),
+        typer.Option(
+            metavar="<Hz>",
+            help="Frames per second, for loads by time, if the frames have no times.",
+        ),
     ] = None,
     unloaded: Annotated[
         bool, typer.Option("--unloaded", help="Nothing touches the sensor in any of the frames.")
     ] = False,
     light: Annotated[
-        float, typer.Option(help="How far the light may have changed, relative to it.")
+        float,
+        typer.Option(
+            metavar="<share>", help="How far the light may have changed, as a share of it."
+        ),
     ] = 0.05,
     residual: Annotated[
-        str, typer.Option(help="How far the retardance without load may have changed.")
+        str,
+        typer.Option(
+            metavar="<angle>", help="How far the retardance without load may have changed."
+        ),
     ] = "0.1 rad",
-    shift: Annotated[str, typer.Option(help="How far the camera may have moved.")] = "0.1 mm",
+    shift: Annotated[
+        str, typer.Option(metavar="<length>", help="How far the camera may have moved.")
+    ] = "0.1 mm",
     scale: Annotated[
-        float, typer.Option(help="How far its magnification may have changed, relative to it.")
+        float,
+        typer.Option(
+            metavar="<share>",
+            help="How far its magnification may have changed, as a share of it.",
+        ),
     ] = 0.001,
     crosstalk: Annotated[
         float,
-        typer.Option(help="How far each share of cross-talk may have changed, of the whole light."),
+        typer.Option(
+            metavar="<share>",
+            help="How far the cross-talk of channels may have changed, as a share of the light.",
+        ),
     ] = 0.01,
 ) -> None:
     """Find drift since the calibration, in frames of any loads.
 
-    Light, residual retardance and the place of the camera; of several channels the light of each
-    and cross-talk.
+    It finds how light, residual retardance and the place of the camera changed; of several channels
+    the light of each, and cross-talk.
 
-    Frames need no known loads. Where loads are known, --loads takes them as `calibrate` does, a
-    table of tactels, of presses by position (x_mm, of a pad also y_mm), or a log by time (time_s);
-    they tell the scale of a given influence matrix besides. --light, --residual, --shift, --scale
-    and --crosstalk each state a standard deviation. Ends with status 1 if no drift explains the
-    frames.
+    Ends with status 1 if no drift explains the frames.
+
+    Nobody need know the loads. If you know them, --loads takes them as `calibrate` does: a table of
+    tactels, of presses by position (x_mm, of a pad also y_mm), or a log by time (time_s). They also
+    tell the scale of an influence matrix that the design gives.
+
+    --light, --residual, --shift, --scale and --crosstalk each state a standard deviation.
     """
     from fringeforce.calibration.drift import update as updated
     from fringeforce.calibration.drift_report import Drift
@@ -341,9 +409,10 @@ def creep(
     model: Model,
     frames: Annotated[Path, typer.Argument(help="Frames of loads that are pressed and held.")],
     loads: Loads,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    output: Output,
     fps: Annotated[
-        float | None, typer.Option(help="Frames per second, if the frames have no times.")
+        float | None,
+        typer.Option(metavar="<Hz>", help="Frames per second, if the frames have no times."),
     ] = None,
 ) -> None:
     """Find how the layers relax, from loads held and released.

@@ -12,12 +12,23 @@ from fringeforce.cli.progress import progress_bar
 
 
 def dataset(
-    study: Annotated[Path, typer.Argument(help="Study file; see examples/dataset.")],
+    study: Annotated[
+        Path, typer.Argument(help="Study file, such as examples/dataset/fingers.toml.")
+    ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder of the data set; resumed if it exists.")
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="<folder>",
+            help="Folder of the data set; resumed if it exists.",
+        ),
     ],
     sheet: Annotated[
-        Path | None, typer.Option(help="Picture to write of the first images, such as sheet.png.")
+        Path | None,
+        typer.Option(
+            metavar="<file>", help="Picture to write of the first images, such as sheet.png."
+        ),
     ] = None,
     scheduler: Scheduler = None,
     workers: Workers = None,

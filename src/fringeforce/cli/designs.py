@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Design, ModelOrDesign, model_of, writable
+from fringeforce.cli.arguments import SHIPPED, Design, ModelOrDesign, model_of, writable
 from fringeforce.cli.progress import compiling, progress_bar
 
 LEAST_COLUMNS = 24
@@ -18,7 +18,9 @@ LEAST_COLUMNS = 24
 
 def new(
     path: Annotated[Path, typer.Argument(help="Design file to write.")] = Path("sensor.toml"),
-    like: Annotated[str, typer.Option(help="Shipped design to start from.")] = "saad",
+    like: Annotated[
+        str, typer.Option(metavar="<name>", help=f"Shipped design to start from, one of {SHIPPED}.")
+    ] = "saad",
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Write a commented design file to start from."""
@@ -55,18 +57,29 @@ def materials() -> None:
 
 def characterize(
     design: Design,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="<file>", help="Model file to write (HDF5).")
+    ],
     mesh: Annotated[
-        str, typer.Option(help="'default', or 'paper' for the 201 x 25 linear nodes of the paper.")
+        str,
+        typer.Option(
+            metavar="<default|paper>",
+            help="Finite elements: 'paper' takes the 201 x 25 linear nodes of the paper.",
+        ),
     ] = "default",
     vtu: Annotated[
         Path | None,
-        typer.Option(help="Also write displacement and stress under 1 N at 10 degrees, in 3-D."),
+        typer.Option(
+            metavar="<file>",
+            help="Also write displacement and stress under 1 N at 10 degrees, in 3-D, for "
+            "ParaView (.vtu).",
+        ),
     ] = None,
 ) -> None:
-    """Reduce a design to its influence matrix, by finite elements.
+    """Solve a design by finite elements, and write its model.
 
-    It also says how good the plane model is for the width of the strip.
+    The model file holds the influence matrix: what each force does to the fringes. The command also
+    says how good the plane model is for the width of the strip.
     """
     from fringeforce.contacts.loads import paper_load
     from fringeforce.design.files import load_sensor, load_strip

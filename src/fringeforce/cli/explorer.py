@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fringeforce.cli.arguments import Exposure, Rate, RegionFile, is_model
+from fringeforce.cli.arguments import SHIPPED, Exposure, Rate, RegionFile, is_model
 
 if TYPE_CHECKING:
     from fringeforce.acquisition.cameras.camera import Camera, Settings
@@ -22,16 +22,23 @@ BLOCK = 16
 
 def explore(
     target: Annotated[
-        str, typer.Argument(help="Design file, shipped design, or model file.")
+        str, typer.Argument(help=f"Design file, model file, or one of {SHIPPED}.")
     ] = "saad",
-    port: Annotated[int, typer.Option(help="Port to listen on; 0 takes a free one.")] = 0,
+    port: Annotated[
+        int, typer.Option(metavar="<number>", help="Port to listen on; 0 takes a free one.")
+    ] = 0,
     bind: Annotated[
-        str, typer.Option(help="Address to listen on; others than this machine only if changed.")
+        str,
+        typer.Option(
+            metavar="<address>",
+            help="Address to listen on; 0.0.0.0 lets other machines see the page.",
+        ),
     ] = "127.0.0.1",
     camera: Annotated[
         str | None,
         typer.Option(
-            help="Watch a running sensor: sim, file:PATH, webcam:0, aravis:ID or pylon:SERIAL."
+            metavar="<camera>",
+            help="Watch a running sensor: sim, file:PATH, webcam:0, aravis:ID or pylon:SERIAL.",
         ),
     ] = None,
     line_rate: Rate = None,
@@ -40,7 +47,8 @@ def explore(
     block: Annotated[
         int | None,
         typer.Option(
-            help="How many the camera delivers at once; 16 lines or one image if not given."
+            metavar="<count>",
+            help="How many the camera delivers at once; 16 lines or one image if not given.",
         ),
     ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
@@ -53,8 +61,9 @@ def explore(
     import webbrowser
 
     from fringeforce.acquisition.cameras.choice import check_camera
-    from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
+    from fringeforce.design.files import load_sensor
     from fringeforce.design.materials import by_strain
+    from fringeforce.design.shipped import shipped_designs, shipped_pads
     from fringeforce.explorer.limits import check, check_skin
     from fringeforce.explorer.security import new_token
     from fringeforce.explorer.server import serve

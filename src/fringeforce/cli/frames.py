@@ -43,17 +43,29 @@ def simulate(
             "a pad also y_mm, and tangential_x_N, tangential_y_N."
         ),
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Frames file to write (HDF5).")],
-    seed: Annotated[int, typer.Option(help="Seed of the camera's noise.")] = 0,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="<file>", help="Frames file to write (HDF5).")
+    ],
+    seed: Annotated[
+        int,
+        typer.Option(
+            metavar="<number>",
+            help="Start of the random numbers of the camera's noise: the same seed makes the same "
+            "frames.",
+        ),
+    ] = 0,
     fps: Annotated[
         float | None,
-        typer.Option(help="Frames per second of a strip that relaxes; without, it does not creep."),
+        typer.Option(
+            metavar="<Hz>",
+            help="Frames per second of a strip that relaxes; without, it does not creep.",
+        ),
     ] = None,
     temperature: Temperature = None,
 ) -> None:
-    """Expose frames as the sensor's camera would deliver them.
+    """Simulate frames of the sensor's camera under given loads.
 
-    Loads by place press as wide as the table says, or as lines.
+    Loads by place (x_mm) press over the width that the table states, and as lines without one.
     """
     from fringeforce.base.errors import InputError
     from fringeforce.calibration.bench_loads import BenchLoads
@@ -83,14 +95,19 @@ def simulate(
 def read(
     model: ModelOrDesign,
     frames: Frames,
-    output: Annotated[Path, typer.Option("-o", "--output", help="CSV of forces to write.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="<file>", help="CSV of forces to write.")
+    ],
     plot: Annotated[bool, typer.Option("--plot", help="Draw the forces beside the CSV.")] = False,
     friction: Friction = None,
     tolerance: Tolerance = None,
     region: RegionFile = None,
     fps: Annotated[
         float | None,
-        typer.Option(help="Frames per second of a strip that relaxes, if they have no times."),
+        typer.Option(
+            metavar="<Hz>",
+            help="Frames per second of a strip that relaxes, if they have no times.",
+        ),
     ] = None,
     temperature: Temperature = None,
 ) -> None:

@@ -37,43 +37,60 @@ if TYPE_CHECKING:
 def live(
     model: ModelOrDesign,
     camera: Annotated[
-        str, typer.Option(help="sim, file:PATH, webcam:0, aravis:ID or pylon:SERIAL.")
+        str,
+        typer.Option(
+            metavar="<camera>",
+            help="sim (simulated), file:PATH, webcam:0, aravis:ID or pylon:SERIAL.",
+        ),
     ] = "sim",
     to: Annotated[
         list[str] | None,
         typer.Option(
             metavar="<sink>",
-            help="Where readings go, again for more: csv:PATH, h5:PATH, ws://HOST:PORT, mcap:PATH, "
-            "foxglove://HOST:PORT, rosbag:PATH, ros:NODE, zmq:tcp://HOST:PORT, lsl:NAME.",
+            help="Where readings go, and again for more: csv:PATH, h5:PATH, ws://HOST:PORT, "
+            "mcap:PATH, foxglove://HOST:PORT, rosbag:PATH, ros:NODE, zmq:tcp://HOST:PORT, "
+            "lsl:NAME.",
         ),
     ] = None,
     record: Annotated[
-        Path | None, typer.Option(help="HDF5 file for frames and readings, to read them again.")
+        Path | None,
+        typer.Option(
+            metavar="<file>", help="HDF5 file for frames and readings, to read them again."
+        ),
     ] = None,
     line_rate: Rate = None,
     exposure: Exposure = None,
     block: Annotated[
         int | None,
-        typer.Option(help="How many come at once; one image, or lines of 0.1 s, if not given."),
+        typer.Option(
+            metavar="<count>",
+            help="How many lines or images come at once; one image, or lines of 0.1 s, if not "
+            "given.",
+        ),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option("--for", help="Seconds to read; until Ctrl-C if not given.")
+        float | None,
+        typer.Option(
+            "--for", metavar="<seconds>", help="How long to read; until Ctrl-C if not given."
+        ),
     ] = None,
     bind: Annotated[
-        str, typer.Option(help="Host that servers use where --to names none.")
+        str, typer.Option(metavar="<address>", help="Host of servers where --to names none.")
     ] = "127.0.0.1",
     token: Annotated[
         str | None,
         typer.Option(
             envvar="FRINGEFORCE_TOKEN",
-            help="What clients must show; needed beyond this computer.",
+            metavar="<secret>",
+            help="What clients of servers must show; needed where other machines can reach them.",
         ),
     ] = None,
     friction: Friction = None,
     tolerance: Tolerance = None,
     region: RegionFile = None,
     temperature: Annotated[
-        float | None, typer.Option(help="Temperature of the clear layer in degrees Celsius.")
+        float | None,
+        typer.Option(metavar="<degC>", help="Temperature of the clear layer in degrees Celsius."),
     ] = None,
 ) -> None:
     """Read a camera live, show the forces, and send them on.

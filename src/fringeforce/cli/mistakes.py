@@ -7,6 +7,8 @@ from typing import Any
 
 import typer
 
+from fringeforce.cli.help import plain
+
 USAGE_ERROR: type[Any] = typer.BadParameter.__bases__[0]
 """What Typer raises for a command line that it cannot take."""
 MUST_BE = {"int": "a whole number", "float": "a number"}
@@ -39,7 +41,7 @@ def _in_words(error: Any) -> str:
     if details is None or parameter is None:
         text = " ".join(str(error.format_message()).split())
         about = getattr(parameter, "help", None)
-        return f"{text.rstrip('.')}: {about}" if about and text.endswith(".") else text
+        return f"{text.rstrip('.')}: {plain(about)}" if about and text.endswith(".") else text
     first = details()[0]
     kind = first["type"].partition("_")[0]
     # the words of an error of a choice name its value and all others

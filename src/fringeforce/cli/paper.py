@@ -14,7 +14,8 @@ from fringeforce.cli.progress import compiling, progress_bar
 def reproduce(
     design: Design = "saad",
     out: Annotated[
-        Path, typer.Option("--out", help="Folder for the pictures and the page.")
+        Path,
+        typer.Option("--out", metavar="<folder>", help="Folder for the pictures and the page."),
     ] = Path("demo"),
 ) -> None:
     """Reproduce the paper's figures and statements as one page."""

@@ -23,45 +23,75 @@ def extract(
     pictures: Pictures,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", "--out", help="Frames file to write (HDF5)."),
+        typer.Option(
+            "-o", "--output", "--out", metavar="<file>", help="Frames file to write (HDF5)."
+        ),
     ] = None,
     region: Annotated[
         Path | None,
-        typer.Option(help="Region file: read if it is there, otherwise written."),
+        typer.Option(
+            metavar="<file>",
+            help="File of where the sensor is in the pictures (JSON): read if it is there, "
+            "otherwise written.",
+        ),
     ] = None,
     corners: Annotated[
         str | None,
         typer.Option(
+            metavar="<points>",
             help='Corners of strip or pad, clockwise from small x: "column,row column,row ..."; '
-            "found if not given."
+            "found if not given.",
         ),
     ] = None,
     outline: Annotated[
         Path | None,
-        typer.Option(help="Picture in which the whole strip is bright, to find it in."),
+        typer.Option(
+            metavar="<file>", help="Picture in which the whole strip is bright, to find it in."
+        ),
     ] = None,
     preview: Annotated[
-        Path | None, typer.Option(help="Picture to write of what was found (PNG).")
+        Path | None,
+        typer.Option(metavar="<file>", help="Picture to write of what was found (PNG)."),
     ] = None,
     bits: Annotated[
-        int | None, typer.Option(help="Bits of the camera, of pictures stored with 16.")
+        int | None,
+        typer.Option(
+            metavar="<count>",
+            help="Bits of the camera, such as 12, where pictures are stored with 16.",
+        ),
     ] = None,
     mosaic: Annotated[
-        str, typer.Option(help='Pixels of raw mosaics: "RGGB", or biases such as "180,90,270,0".')
+        str,
+        typer.Option(
+            metavar="<pattern>",
+            help='Pixels of raw mosaics: "RGGB", or biases in degrees such as "180,90,270,0"; '
+            "none if not given.",
+        ),
     ] = "",
     margin: Annotated[
-        float, typer.Option(help="Share of the strip's width to leave out on either side.")
+        float,
+        typer.Option(
+            metavar="<share>", help="Share of the strip's width to leave out on either side."
+        ),
     ] = 0.15,
     response: Annotated[
         str | None,
-        typer.Option(help="Of the pictures: linear, sRGB or a power; the design's if not given."),
+        typer.Option(
+            metavar="<curve>",
+            help="Response of the camera: linear, sRGB or a power such as 2.2; the design's if "
+            "not given.",
+        ),
     ] = None,
     camera: Annotated[
         bool, typer.Option("--camera", help="Print the design's [camera] for these pictures.")
     ] = False,
     own: Annotated[
         Path | None,
-        typer.Option("--design", help="Design to write: with the camera that --camera prints."),
+        typer.Option(
+            "--design",
+            metavar="<file>",
+            help="Design to write (.toml): with the camera that --camera prints.",
+        ),
     ] = None,
 ) -> None:
     """Take lines of a strip or images of a pad from pictures.

@@ -22,9 +22,17 @@ from fringeforce.cli.progress import progress_bar
 if TYPE_CHECKING:
     from fringeforce.studies.study_result import StudyResult
 
-Study = Annotated[Path, typer.Argument(help="Study file; see examples/studies.")]
+Study = Annotated[
+    Path, typer.Argument(help="Study file, such as examples/studies/thin-or-soft.toml.")
+]
 Results = Annotated[
-    Path, typer.Option("-o", "--output", help="HDF5 file of results; resumed if it exists.")
+    Path,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="<file>",
+        help="HDF5 file of results; resumed if it exists.",
+    ),
 ]
 
 
@@ -50,21 +58,33 @@ def study(
         ),
     ],
     design: Design,
-    out: Annotated[Path, typer.Option("--out", help="Folder for figure, table and words.")] = Path(
-        "study"
-    ),
+    out: Annotated[
+        Path,
+        typer.Option("--out", metavar="<folder>", help="Folder for figure, table and words."),
+    ] = Path("study"),
     load: Annotated[
         float,
-        typer.Option(help="Largest normal force of a tactel [N], for resolution and creep."),
+        typer.Option(
+            metavar="<N>",
+            help="Largest normal force of a tactel in newtons, for resolution and creep.",
+        ),
     ] = 1.0,
     width: Annotated[
         str | None,
         typer.Option(
+            metavar="<length>",
             help="Width of contacts to which the design gives none, such as '0.5 mm', for the "
-            "question strain; the thickness of the cover if not given."
+            "question strain; the thickness of the cover if not given.",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of loads and noise.")] = 0,
+    seed: Annotated[
+        int,
+        typer.Option(
+            metavar="<number>",
+            help="Start of the random numbers of loads and noise: the same seed gives the same "
+            "answer.",
+        ),
+    ] = 0,
     scheduler: Scheduler = None,
     workers: Workers = None,
 ) -> None:
@@ -110,10 +130,7 @@ def study(
 def sweep(
     study: Study, output: Results, scheduler: Scheduler = None, workers: Workers = None
 ) -> None:
-    """Evaluate many designs.
-
-    The result file is resumed if it exists.
-    """
+    """Evaluate the many designs of a study file."""
     from fringeforce.studies.execution import executor
     from fringeforce.studies.outcome import sweep_result
     from fringeforce.studies.study_file import load_study

@@ -13,9 +13,10 @@ from fringeforce.base.errors import DesignError, InputError
 from fringeforce.contacts.random import ContactRanges
 from fringeforce.contacts.random_presses import PressRanges
 from fringeforce.design.fields import Count, Finite, Place, Range, Share
-from fringeforce.design.files import load_sensor, shipped_pads
+from fringeforce.design.files import load_sensor
 from fringeforce.design.pad import Pad
 from fringeforce.design.parts import Part
+from fringeforce.design.shipped import shipped_pads
 from fringeforce.design.strip import Sensor
 from fringeforce.studies.study_file import design_of, read_table
 

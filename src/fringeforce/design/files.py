@@ -9,6 +9,7 @@ from typing import Any
 from fringeforce.base.errors import DesignError
 from fringeforce.base.storage import CALLED, format_of
 from fringeforce.design.pad import Pad
+from fringeforce.design.shipped import shipped_designs, shipped_pads
 from fringeforce.design.strip import Sensor
 from fringeforce.design.text import toml_values
 from fringeforce.design.validation import suggestion, validated
@@ -93,23 +94,6 @@ def load_strip(name_or_path: str | os.PathLike[str]) -> Sensor:
             f"design of a strip, such as {', '.join(map(repr, shipped_designs()))}."
         )
     return sensor
-
-
-def shipped_designs() -> dict[str, Path]:
-    """Designs of strips that the package ships, by name."""
-    return _shipped("*.toml")
-
-
-def shipped_pads() -> dict[str, Path]:
-    """Designs of planar pads that the package ships, by name."""
-    return _shipped("pads/*.toml")
-
-
-def _shipped(pattern: str) -> dict[str, Path]:
-    here = Path(__file__).parents[1]
-    # beside the modules in an installed package, at the top of a source tree
-    folder = next(f for f in (here / "designs", here.parents[1] / "designs") if f.is_dir())
-    return {path.stem: path for path in sorted(folder.glob(pattern))}
 
 
 def new_design(path: str | os.PathLike[str], like: str = "saad", overwrite: bool = False) -> None:

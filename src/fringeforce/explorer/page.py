@@ -9,8 +9,9 @@ from functools import lru_cache, partial
 
 from pydantic import TypeAdapter
 
-from fringeforce.design.files import load_sensor, shipped_designs, shipped_pads
+from fringeforce.design.files import load_sensor
 from fringeforce.design.pad import Pad
+from fringeforce.design.shipped import shipped_designs, shipped_pads
 from fringeforce.design.strip import Sensor
 from fringeforce.explorer import creep, strain, tasks
 from fringeforce.explorer.pads import protocol as pads

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fringeforce.base.errors import FileFormatError
 from fringeforce.base.storage import format_of
-from fringeforce.design.files import shipped_designs, shipped_pads
+from fringeforce.design.shipped import shipped_designs, shipped_pads
 from fringeforce.models.pad import PAD, PadModel
 from fringeforce.models.strip import SensorModel
 

@@ -11,8 +11,9 @@ from pydantic import AllowInfNan, BaseModel, Field, model_validator
 
 from fringeforce.base.errors import InputError
 from fringeforce.design.fields import Count, Finite, Length
-from fringeforce.design.files import load_strip, shipped_designs, shipped_pads
+from fringeforce.design.files import load_strip
 from fringeforce.design.parts import Part
+from fringeforce.design.shipped import shipped_designs, shipped_pads
 from fringeforce.design.strip import Sensor
 from fringeforce.design.text import toml_values
 from fringeforce.design.validation import validated
