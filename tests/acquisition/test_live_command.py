@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -68,8 +69,8 @@ def test_bars_are_as_long_as_the_forces() -> None:
     "words",
     [
         "19843 lines/s",
-        "2.1 ms (50 %)",
-        "6 ms (99 %)",
+        "half within 2.1 ms",
+        "99 % within 6 ms",
         "The camera lost 128 lines",
         "640 lines came faster",
         "100 AMBIGUOUS",
@@ -98,6 +99,21 @@ def test_the_summary_accounts_for_every_line() -> None:
     text = "\n".join(summary(STATISTICS))
     for words in ("1000 lines in 12.0 s", "900 OK", "came back 2 times", "128", "640"):
         assert words in text
+
+
+def test_what_is_one_is_told_as_one() -> None:
+    one = replace(
+        STATISTICS, lines=1, dropped_camera=1, dropped_queue=1, reconnects=1, counted="images"
+    )
+    text = "\n".join(summary(one))
+    for words in ("1 image in 12.0 s", "came back 1 time", "lost 1 image.", "1 image came faster"):
+        assert words in text
+    assert "was dropped" in text
+
+
+def test_the_latency_says_of_which_share_it_is() -> None:
+    (told,) = [line for line in summary(STATISTICS) if "latency" in line]
+    assert "from exposure to reading: half within 2.1 ms, 95 % within" in told
 
 
 def test_an_interrupt_ends_with_everything_written(saved: Path, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.base.words import counted
 
 EDGES = np.geomspace(1e-5, 1e3, 379)
 """Edges of bins of 5 %, into which latencies fall so that a run of any length fits [s]."""
@@ -88,19 +89,21 @@ class Statistics:
         """All that a person should know, in sentences."""
         frames, found = self.counted, []
         if self.dropped_camera:
-            found.append(f"The camera lost {self.dropped_camera} {frames}.")
+            found.append(f"The camera lost {counted(self.dropped_camera, frames)}.")
         if self.dropped_queue:
             found.append(
-                f"{self.dropped_queue} {frames} came faster than they could be read and were "
-                "dropped."
+                f"{counted(self.dropped_queue, frames)} came faster than they could be read and "
+                f"{'was' if self.dropped_queue == 1 else 'were'} dropped."
             )
         if self.camera_trouble:
             found.append(f"{self.camera_trouble} Trying again.")
         for sink in self.deliveries:
             if sink.trouble:
-                found.append(f"{sink.name} stopped after {sink.written} {frames}: {sink.trouble}")
+                found.append(
+                    f"{sink.name} stopped after {counted(sink.written, frames)}: {sink.trouble}"
+                )
             elif sink.dropped:
-                found.append(f"{sink.name} was too slow for {sink.dropped} {frames}.")
+                found.append(f"{sink.name} was too slow for {counted(sink.dropped, frames)}.")
         return tuple(found)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from fringeforce.base.arrays import Mask
 from fringeforce.base.errors import InputError
 from fringeforce.base.measured import measured
+from fringeforce.base.words import counted
 
 FORCES = (
     "How large forces are, only known loads tell: that stays as the calibration found it, with its "
@@ -118,7 +119,8 @@ def missed(explained: Mask) -> Iterator[str]:
     if lost > (1 - EXPLAINED) * count:
         yield (
             f"Do not use this model: no drift of light, residual and camera explains {lost} of "
-            f"{count} frames. Calibrate anew."
+            f"{counted(count, 'frames')}. Calibrate anew."
         )
     elif lost:
-        yield f"{lost} of {count} frames are not explained and were left out."
+        one, more = ("is", "was") if lost == 1 else ("are", "were")
+        yield f"{lost} of {counted(count, 'frames')} {one} not explained and {more} left out."

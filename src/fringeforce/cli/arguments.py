@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from fringeforce.base.errors import InputError
+from fringeforce.base.words import counted
 from fringeforce.cli.progress import progress_bar
 from fringeforce.design.shipped import shipped_designs, shipped_pads
 
@@ -129,8 +130,7 @@ def frames_and_times(path: Path, sensor: Any, region: Path | None) -> tuple[Any,
 
 def counted_frames(shape: tuple[int, ...]) -> str:
     """A number of frames and their pixels in words."""
-    frames = "1 frame" if shape[0] == 1 else f"{shape[0]} frames"
-    return f"{frames} of {' x '.join(map(str, shape[1:]))} pixels"
+    return f"{counted(shape[0], 'frames')} of {' x '.join(map(str, shape[1:]))} pixels"
 
 
 def temperatures(stated: str | None, times: Any = None) -> Any:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fringeforce.base.errors import InputError
+from fringeforce.base.words import counted
 from fringeforce.cli.arguments import (
     Design,
     Model,
@@ -100,7 +101,7 @@ def plan(
     with progress_bar("Planning") as advance:
         found = plan_presses(known, presses, parameter, limits, progress=advance)
     save_bench_loads(output, found.presses)
-    print(f"{output}: {presses} calibration loads, the most worthwhile first")
+    print(f"{output}: {counted(presses, 'calibration loads')}, the most worthwhile first")
     instructions = output.with_suffix(".txt")
     words = [f"frame {frame}: {said}" for frame, said in enumerate(found.words)]
     with whole_file(instructions) as path:
@@ -236,7 +237,7 @@ def calibrate(
             load_cell=(cell_gain, zero),
         )
     model.save(output)
-    print(f"{output}: calibrated on {len(images)} frames")
+    print(f"{output}: calibrated on {counted(len(images), 'frames')}")
     print("\n".join(calibration_summary(model)))
     if forces is not None:
         print(next_presses(model, forces))
@@ -398,7 +399,7 @@ def update(
             times=times,
         )
     found.save(output)
-    print(f"{output}: {model} brought up to date with {len(images)} frames")
+    print(f"{output}: {model} brought up to date with {counted(len(images), 'frames')}")
     assert found.calibration is not None
     print("\n".join(found.calibration.findings))
     if not found.calibration.usable:
@@ -432,8 +433,8 @@ def creep(
     found = find_relaxation(elastic, images, known, times)
     found.save(output)
     terms, stds = found.sensor.transducer.relaxation, found.sensor.tolerances
-    counted = "1 term" if len(terms) == 1 else f"{len(terms) or 'no'} terms"
-    print(f"{output}: {counted} of relaxation from {len(images)} frames")
+    found_terms = counted(len(terms), "terms") if terms else "no terms"
+    print(f"{output}: {found_terms} of relaxation from {counted(len(images), 'frames')}")
     for number, term in enumerate(terms):
         share, time = (stds[f"transducer.relaxation.{number}.{key}"] for key in ("share", "time"))
         print(

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from fringeforce.base.words import counted
 from fringeforce.cli.arguments import Scheduler, Workers
 from fringeforce.cli.progress import progress_bar
 
@@ -44,7 +45,8 @@ def dataset(
         made = make_dataset(study, output, scheduler, workers, advance)
     parts = ", ".join(f"{count} {name}" for name, count in made.parts.items())
     print(
-        f"{output}: {sum(made.parts.values())} images ({parts}) in {len(made.shards)} shards, "
+        f"{output}: {counted(sum(made.parts.values()), 'images')} ({parts}) in "
+        f"{counted(len(made.shards), 'shards')}, "
         f"{made.size / 1e6:.3g} MB; {made.made} of them made now"
     )
     if sheet is not None:

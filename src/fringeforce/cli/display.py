@@ -15,6 +15,7 @@ from rich.text import Text
 
 from fringeforce.acquisition.run_statistics import Delivery, Statistics
 from fringeforce.acquisition.sinks.sink import Readings
+from fringeforce.base.words import counted
 from fringeforce.cli.pad_display import pad_picture, pad_skin_picture
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
@@ -108,10 +109,15 @@ def summary(statistics: Statistics) -> list[str]:
     counts = ", ".join(f"{count} {name}" for name, count in statistics.statuses.items())
     frames = statistics.counted
     mean = statistics.lines / max(statistics.seconds, 1e-9)
-    lines = [f"{statistics.lines} {frames} in {statistics.seconds:.1f} s, {mean:.4g} {frames}/s"]
+    lines = [
+        f"{counted(statistics.lines, frames)} in {statistics.seconds:.1f} s, {mean:.4g} {frames}/s"
+    ]
     lines += [f"  {counts}"] if counts else []
-    lines += [f"  latency {_latency(statistics)}"] if statistics.latency else []
-    lines += [f"  camera came back {statistics.reconnects} times"] * bool(statistics.reconnects)
+    if statistics.latency:
+        lines.append(f"  latency, from exposure to reading: {_latency(statistics)}")
+    lines += [f"  camera came back {counted(statistics.reconnects, 'times')}"] * bool(
+        statistics.reconnects
+    )
     lines += [f"  {_sink(sink, frames)}" for sink in statistics.deliveries]
     return [*lines, *(f"  {trouble}" for trouble in statistics.troubles)]
 
@@ -202,13 +208,16 @@ def _both_ways(value: float, scale: float) -> str:
 
 
 def _rates(statistics: Statistics) -> str:
-    latency = _latency(statistics) if statistics.latency else "unknown"
     rate = f"{statistics.rate:.0f}" if statistics.rate >= 100 else f"{statistics.rate:.3g}"
-    return f"{rate} {statistics.counted}/s, latency {latency}"
+    latency = f"; latency: {_latency(statistics)}" if statistics.latency else ""
+    return f"{rate} {statistics.counted}/s{latency}"
 
 
 def _latency(statistics: Statistics) -> str:
-    return ", ".join(f"{_time(value)} ({q} %)" for q, value in statistics.latency.items())
+    """Within which times which shares of frames were read."""
+    shares = ("half" if q == 50 else f"{q} %" for q in statistics.latency)
+    times = zip(shares, statistics.latency.values(), strict=True)
+    return ", ".join(f"{share} within {_time(value)}" for share, value in times)
 
 
 def _time(seconds: float) -> str:
@@ -220,9 +229,9 @@ def _time(seconds: float) -> str:
 def _counts(statistics: Statistics) -> str:
     lost = f"{statistics.dropped_camera} lost by the camera, {statistics.dropped_queue} dropped"
     statuses = "".join(f", {count} {name}" for name, count in statistics.statuses.items())
-    return f"{statistics.lines} {statistics.counted} read, {lost}{statuses}"
+    return f"{counted(statistics.lines, statistics.counted)} read, {lost}{statuses}"
 
 
 def _sink(sink: Delivery, frames: str) -> str:
     remark = f", {sink.remark}" if sink.remark else ""
-    return f"{sink.name}: {sink.written} {frames}{remark}"
+    return f"{sink.name}: {counted(sink.written, frames)}{remark}"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fringeforce.base.words import counted
 from fringeforce.cli.arguments import (
     Frames,
     Friction,
@@ -149,7 +150,7 @@ def read(
     else:
         statuses = save_readings(output, readings, sensor.components)
     verdicts = ", ".join(f"{count} {name}" for name, count in statuses.items())
-    print(f"{output}: {'1 frame' if len(readings) == 1 else f'{len(readings)} frames'}, {verdicts}")
+    print(f"{output}: {counted(len(readings), 'frames')}, {verdicts}")
     for status, reading in {reading.status: reading for reading in readings}.items():
         if status.name != "OK":
             print(f"  {reason(reading)}")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.stats import binned_statistic_2d, spearmanr
 
 from fringeforce.base.arrays import Array, Index
+from fringeforce.base.words import counted
 from fringeforce.design.text import path_in_words
 from fringeforce.design.units import READABLE
 from fringeforce.studies.optimise import BestDesign
@@ -184,7 +185,7 @@ def _sweep_words(sweep: Sweep, front: Index) -> str:
     count = len(sweep.columns["state"]) - 1
     fine = np.flatnonzero(sweep.feasible)
     words = [
-        f"{count} designs: {int(sweep.feasible[1:].sum())} within the constraints, "
+        f"{counted(count, 'designs')}: {int(sweep.feasible[1:].sum())} within the constraints, "
         f"{sweep.failed} that could not be computed."
     ]
     if len(fine):
@@ -206,7 +207,7 @@ def _sweep_words(sweep: Sweep, front: Index) -> str:
             words.append(
                 f"It goes most with the {strongest} (rank correlation {ranks[strongest]:+.2f})."
             )
-        several = "1 design is" if len(front) == 1 else f"{len(front)} designs are"
+        several = counted(len(front), "designs are", "design is")
         words.append(f"{several} on the Pareto front of uncertainty and largest load.")
     return " ".join(words)
 

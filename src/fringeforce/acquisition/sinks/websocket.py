@@ -20,6 +20,7 @@ from fringeforce.acquisition.sinks.serving import LOOPBACK, address
 from fringeforce.acquisition.sinks.sink import Readings, Sink
 from fringeforce.base.errors import InputError
 from fringeforce.base.optional_libraries import extra
+from fringeforce.base.words import counted
 
 PORT = 8765
 # messages that wait for one client; 13 s at 1,000 lines/s in blocks of 64
@@ -73,7 +74,7 @@ class WebSocketSink(Sink):
         """How many clients there are and what the slow ones lost."""
         lost = f", {self._dropped} messages lost by slow clients" if self._dropped else ""
         count = len(self._queues)
-        return f"{count} client{'' if count == 1 else 's'}{lost}"
+        return f"{counted(count, 'clients')}{lost}"
 
     def write(self, readings: Readings) -> None:
         """Send a block to whoever listens; never waits for a client."""

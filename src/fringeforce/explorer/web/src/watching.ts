@@ -7,10 +7,12 @@ import type { Moment } from "./ring";
 const SLOW = 100;
 
 export function showCounts(header: Record<string, unknown>): void {
-  const { counted, rate, lines, dropped } = header as Record<string, number>;
+  const counted = header.counted as string;
+  const { rate, lines, dropped } = header as Record<string, number>;
   const told = rate < SLOW ? rate.toFixed(1) : `${Math.round(rate)}`;
   write(byId("watch-title"), (header.camera as string) || "Live");
-  const counts = `${told} ${counted}/s read, ${lines} ${counted}, ${dropped} dropped`;
+  const read = lines === 1 ? counted.slice(0, -1) : counted; // "1 image", but "2 images"
+  const counts = `${told} ${counted}/s read, ${lines} ${read}, ${dropped} dropped`;
   write(byId("watch-counts"), lines ? counts : "");
   const trouble = (header.ended as string) || (header.trouble as string);
   write(byId("watch-trouble"), trouble);
