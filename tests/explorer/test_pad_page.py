@@ -87,6 +87,24 @@ def test_a_press_shows_fringes_and_the_forces_follow(page: Page, pad_server: Loc
     assert abs(value - truth) < 5 * spread
 
 
+def test_the_key_of_the_map_shows_a_disc_and_an_arrow_as_large_as_they_are_on_it(
+    page: Page, pad_server: LocalServer
+) -> None:
+    opened(page, pad_server, "#touch=five")
+    disc, arrow = (page.locator("#scale").get_by_role("img").nth(number) for number in (0, 1))
+    expect(page.locator("#scale")).to_have_text(re.compile(r"^ [\d.]+ N\s+[\d.]+ N\."))
+    places, across, shaft = (
+        one.bounding_box() for one in (page.locator("#map canvas"), disc, arrow)
+    )
+    assert places
+    assert across
+    assert shaft
+    sensor = small_pad()
+    cell = sensor.tactels.pitch / sensor.transducer.length * places["width"]
+    assert across["width"] == pytest.approx(cell, rel=0.02)
+    assert 1.5 * cell <= shaft["width"] <= 1.5 * cell + 5  # with the head
+
+
 def test_friction_holds_what_is_dragged(page: Page, pad_server: LocalServer) -> None:
     opened(page, pad_server, "#c=0,0,4,10,0,0,0&friction=0.5")
     box = contact(page, 1).locator(".patch").bounding_box()

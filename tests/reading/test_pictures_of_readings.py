@@ -1,8 +1,11 @@
 """What `read --plot` draws of a recording: what was read, and nothing of refused frames."""
 
 import numpy as np
+import pytest
+from matplotlib.quiver import Quiver, QuiverKey
 
 import fringeforce as ff
+from fringeforce.plotting.axes import figure, pad_forces
 from fringeforce.plotting.readings import _draw_many
 
 
@@ -30,3 +33,28 @@ def test_refused_frames_leave_gaps_and_applied_forces_lie_within_the_bands(
         assert len(truth) == 6
         for one in truth:
             assert any(np.array_equal(one, applied[:, k, part]) for k in range(11))
+
+
+@pytest.mark.parametrize(("largest", "told"), [(0.37, "0.2 N"), (0.08, "50 mN"), (0.1, "0.1 N")])
+def test_the_arrows_of_a_pad_have_one_of_a_round_force_beside_them(
+    largest: float, told: str
+) -> None:
+    pad = ff.load_sensor("pad")
+    forces = np.zeros((pad.tactels.total, 3))
+    forces[40] = 1.0, 0.0, -largest
+    with figure() as (_, ax):
+        pad_forces(ax, pad, forces)
+    (arrows,) = [one for one in ax.get_children() if isinstance(one, Quiver)]
+    (key,) = [one for one in ax.get_children() if isinstance(one, QuiverKey)]
+    assert key.text.get_text() == told
+    value, unit = told.split()
+    newtons = float(value) * {"N": 1.0, "mN": 1e-3}[unit]
+    # both in the units of the map: the longest arrow stands for the largest force
+    assert key.U / np.hypot(arrows.U, arrows.V).max() == pytest.approx(newtons / largest)
+
+
+def test_a_pad_without_shear_has_no_key() -> None:
+    pad = ff.load_sensor("pad")
+    with figure() as (_, ax):
+        pad_forces(ax, pad, np.ones((pad.tactels.total, 3)) * [1.0, 0.0, 0.0])
+    assert not [one for one in ax.get_children() if isinstance(one, QuiverKey)]

@@ -20,7 +20,7 @@ from fringeforce.datasets.skin_example import SkinExample
 from fringeforce.datasets.study_file import load_dataset_study
 from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
-from fringeforce.plotting.axes import MILLI, STYLE
+from fringeforce.plotting.axes import MILLI, STYLE, arrow_key
 
 COLUMNS, LARGEST = 6, 24
 COLOUR, SHEAR = "#e69f00", "#56b4e9"
@@ -36,6 +36,8 @@ def draw_sheet(
     sensor: Pad | Sensor, shown: Sequence[Example | SkinExample], path: str | os.PathLike[str]
 ) -> None:
     """Write a picture of images: outlines of contacts, arrows of shear, forces as titles.
+
+    Arrows are of one scale, whose key is below the first image.
 
     Parameters
     ----------
@@ -57,11 +59,12 @@ def draw_sheet(
         panels = np.ravel(canvas.subplots(rows, COLUMNS, squeeze=False))
         for ax in panels:
             ax.set_axis_off()
+        longest = max((_shear(one) for one in shown if isinstance(one, Example)), default=0.0)
         for ax, one in zip(panels, shown, strict=False):
             if isinstance(one, SkinExample):
                 _draw_line(ax, sensor, one)
             else:
-                _draw(ax, sensor, one)
+                _draw(ax, sensor, one, longest, key=ax is panels[0])
         try:
             canvas.savefig(Path(path))
         except (OSError, ValueError) as error:
@@ -80,24 +83,27 @@ def _draw_line(ax: Axes, skin: Any, one: SkinExample) -> None:
     ax.set_title(f"{one.number}: {total:.2g} N", pad=2)
 
 
-def _draw(ax: Axes, pad: Any, one: Example) -> None:
+def _shear(one: Example) -> float:
+    """The largest tangential force of a contact [N]."""
+    return max(float(np.hypot(*imprint.force[1:])) for _, imprint in one.contacts)
+
+
+def _draw(ax: Axes, pad: Any, one: Example, longest: float, key: bool) -> None:
     x, y = pad.transducer.length / 2 * MILLI, pad.transducer.width / 2 * MILLI
     planes = one.image.reshape(-1, *one.image.shape[-2:])
     # y runs down the columns of an image
     extent = (-x, x, y, -y)
     ax.imshow(planes[0], cmap="gray", vmin=0, vmax=pad.camera.full_scale, extent=extent)
-    longest = max(float(np.hypot(*imprint.force[1:])) for _, imprint in one.contacts)
+    unit = x / 2 / longest if longest > 0 else 0.0
     for _, imprint in one.contacts:
         centre = imprint.centre * MILLI
         ring = max(imprint.reach * MILLI, x / 50)
         ax.add_patch(Circle((centre[0], centre[1]), ring, fill=False, color=COLOUR, linewidth=0.8))
-        if longest > 0:
-            arrow = imprint.force[1:] / longest * x / 3
-            ax.annotate(
-                "",
-                xytext=(centre[0], centre[1]),
-                xy=(centre[0] + arrow[0], centre[1] + arrow[1]),
-                arrowprops={"arrowstyle": "->", "color": SHEAR, "linewidth": 0.8},
-            )
+    places = np.array([imprint.centre[:2] * MILLI for _, imprint in one.contacts])
+    shear = unit * np.array([imprint.force[1:] for _, imprint in one.contacts])
+    arrows = ax.quiver(
+        *places.T, *shear.T, angles="xy", scale_units="xy", scale=1, width=0.008, color=SHEAR
+    )
+    arrow_key(ax, arrows, longest if key else 0.0, unit, height=-0.06)
     total = sum(imprint.force[0] for _, imprint in one.contacts)
     ax.set_title(f"{one.number}: {total:.2g} N", pad=2)

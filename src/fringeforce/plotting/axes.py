@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.quiver import Quiver
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
@@ -116,15 +118,17 @@ def strip(ax: Axes, transducer: Transducer, tactels: ArrayLike, forces: ArrayLik
     ax.axhspan(-top - bottom - 0.4, -top - bottom, color="#777777")
     normal, tangential = np.asarray(forces, dtype=float).T
     longest = max(np.hypot(normal, tangential).max(initial=0.0), 1e-12)
-    arrows = np.array([tangential, -normal]) / longest * 2.2
+    unit = 2.2 / longest
+    arrows = unit * np.array([tangential, -normal])
     place = np.asarray(tactels) * MILLI
     tails = place - arrows[0], -arrows[1]
-    ax.quiver(
+    drawn = ax.quiver(
         *tails, *arrows, angles="xy", scale_units="xy", scale=1, width=0.0025, color="#d55e00"
     )
     ax.text(-half + 0.2, -top / 2, "compliant", va="center", fontsize=7)
     ax.text(-half + 0.2, -top - bottom / 2, "photoelastic", va="center", fontsize=8)
     ax.set(xlim=(-half, half), ylim=(-top - bottom - 0.4, 2.6), yticks=[], xticks=[])
+    arrow_key(ax, drawn, longest, unit, height=0.94)
     ax.grid(visible=False)
     ax.spines[:].set_visible(False)
 
@@ -241,15 +245,44 @@ def pad_forces(ax: Axes, pad: Pad, values: ArrayLike) -> None:
         forces[:, 0].reshape(pad.tactels.count).T,
         origin="lower", extent=extent, cmap="PuOr_r", vmin=-limit, vmax=limit,
     )  # fmt: skip
-    arrows = forces[:, 1:].T / max(np.hypot(*forces[:, 1:].T).max(initial=0.0), 1e-12)
-    ax.quiver(
-        x, y, *(2 * MILLI * pad.tactels.pitch * arrows), angles="xy", scale_units="xy", scale=1,
-        width=0.004,
-    )  # fmt: skip
+    longest = np.hypot(*forces[:, 1:].T).max(initial=0.0)
+    unit = 2 * MILLI * pad.tactels.pitch / max(longest, 1e-12)
+    arrows = ax.quiver(
+        x, y, *(unit * forces[:, 1:].T), angles="xy", scale_units="xy", scale=1, width=0.004
+    )
     sides = MILLI / 2 * np.array([pad.transducer.length, pad.transducer.width])
     ax.set(xlabel="x [mm]", ylabel="y [mm]", xlim=(-sides[0], sides[0]), ylim=(-sides[1], sides[1]))
     ax.grid(visible=False)
+    arrow_key(ax, arrows, longest, unit, height=1.03)
     ax.figure.colorbar(image, ax=ax, label="normal force [N]")
+
+
+def arrow_key(ax: Axes, arrows: Quiver, longest: float, unit: float, height: float) -> None:
+    """How long an arrow of a round force is, at the right end of the axes.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where the arrows are.
+    arrows : Quiver
+        What drew them.
+    longest : float
+        The largest force; no key if there is none [N].
+    unit : float
+        Length of an arrow of one newton, in what x is in.
+    height : float
+        Where it is, as a share of the axes' height.
+    """
+    if not longest > 0:
+        return
+    ten = 10.0 ** math.floor(math.log10(longest))
+    force = next(ten * step for step in (5, 2, 1) if ten * step <= longest * (1 + 1e-9))
+    words = f"{force:g} N" if force >= 0.1 else f"{1e3 * force:g} mN"
+    length = unit * force / float(np.ptp(ax.get_xlim()))
+    ax.quiverkey(
+        arrows, 1 - length, height, unit * force, words, labelpos="W", labelsep=0.05,
+        fontproperties={"size": 8},
+    )  # fmt: skip
 
 
 def residuals(ax: Axes, left: ArrayLike, frames: Sequence[int], pixels: Sequence[int]) -> None:

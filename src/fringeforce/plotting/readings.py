@@ -265,4 +265,4 @@ def _draw_maps(canvas: Figure, row: Any, pad: Pad, readings: Sequence[Reading]) 
             ax.set_axis_off()
             continue
         pad_forces(ax, pad, readings[chosen[place]].forces)
-        ax.set_title(f"frame {chosen[place]}", fontsize=9)
+        ax.set_title(f"frame {chosen[place]}", fontsize=9, loc="left")

@@ -2,7 +2,7 @@
 
 import { prepared } from "../canvas";
 import { inked } from "../colours";
-import { blankCanvas, set } from "../dom";
+import { blankCanvas, set, shape } from "../dom";
 import { niceAbove } from "../numbers";
 import type { PadModel, Reading } from "./model";
 
@@ -22,6 +22,8 @@ interface Scale {
 
 export class ForceMap {
   private readonly canvas = blankCanvas();
+  /** What the key shows, so that it is made anew only where that changes. */
+  private told = "";
 
   constructor(
     private readonly container: HTMLElement,
@@ -72,10 +74,12 @@ export class ForceMap {
       context.lineWidth = wide;
       arrows(context, at, forces, (1.5 * cell) / full.shear);
     }
-    this.tell(model, full, truth, reading);
+    this.tell(model, full, cell, truth, reading);
   }
 
-  private tell(model: PadModel, full: Scale, truth: Float32Array | null, reading: Forces | null): void {
+  private tell(
+    model: PadModel, full: Scale, cell: number, truth: Float32Array | null, reading: Forces | null,
+  ): void {
     const kind = model.facts.skin ? "square" : "tactel";
     const spread = reading ? middle(reading.std, 0) : Number.NaN;
     const pulled = reading ? Math.max(middle(reading.std, 1), middle(reading.std, 2)) : Number.NaN;
@@ -83,7 +87,11 @@ export class ForceMap {
     const sure = spread > 0 && !model.facts.skin
       ? ` Read to ±${(spread * 1e3).toPrecision(2)} mN, shear to ±${(pulled * 1e3).toPrecision(2)} mN (σ, median ${kind}).`
       : "";
-    this.legend.textContent = `A disc that fills its cell: ${full.normal} N. An arrow of 1.5 cells: ${full.shear} N.${sure}`;
+    const told = JSON.stringify([full, cell, sure, inked("normal")]);
+    if (told !== this.told) {
+      this.told = told;
+      this.legend.replaceChildren(discKey(cell), ` ${full.normal} N\u2003`, arrowKey(1.5 * cell), ` ${full.shear} N.${sure}`);
+    }
     const pressed = truth ? Array.from({ length: model.tactels }, (_, i) => truth[3 * i]).filter((n) => n > 1e-3).length : 0;
     set(this.canvas, { "aria-label": `Forces of ${model.tactels} ${kind}s; ${pressed} of them are pressed. The table of resultants sums them up.` });
   }
@@ -135,6 +143,25 @@ function arrows(context: CanvasRenderingContext2D, at: [number, number][], force
     context.lineTo(tipX - 2 * head * ux - head * uy, tipY - 2 * head * uy + head * ux);
   }
   context.fill();
+}
+
+/** A disc as large as its cell, for the key. */
+function discKey(cell: number): SVGSVGElement {
+  const half = cell / 2;
+  const disc = shape("circle", { cx: half, cy: half, r: half, fill: inked("normal"), "fill-opacity": 0.6 });
+  return key(cell, cell, "A disc that fills its cell:", disc);
+}
+
+/** An arrow of a length, for the key. */
+function arrowKey(length: number): SVGSVGElement {
+  const [middle, ink] = [HEAD + 1, inked("tangential")];
+  const shaft = shape("line", { x1: 0, y1: middle, x2: length, y2: middle, stroke: ink, "stroke-width": 2.2 });
+  const path = `M${length + HEAD},${middle}l${-3 * HEAD},${-HEAD}v${2 * HEAD}z`;
+  return key(length + HEAD, 2 * middle, "An arrow of 1.5 cells:", shaft, shape("path", { d: path, fill: ink }));
+}
+
+function key(width: number, height: number, name: string, ...parts: SVGElement[]): SVGSVGElement {
+  return shape("svg", { width, height, role: "img", "aria-label": name }, ...parts);
 }
 
 /** Median of one of the three components. */
