@@ -28,3 +28,7 @@ class FileFormatError(FringeforceError, OSError):
 
 class CameraLost(FringeforceError, ConnectionError):  # noqa: N818 - what happened, and may pass
     """A camera does not answer any more; it may come back."""
+
+
+class LargeStrainWarning(UserWarning):
+    """Loads strain a sensor further than its model covers; the text names both and the remedy."""

@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from pathlib import Path
 from types import FrameType
 from typing import Annotated
@@ -67,10 +68,11 @@ app.add_typer(benchmark)
 
 def main() -> None:
     """Run the command line; bad input ends with status 2 and what to do, Ctrl-C with 130."""
-    from fringeforce.base.errors import FringeforceError
+    from fringeforce.base.errors import FringeforceError, LargeStrainWarning
     from fringeforce.base.garbage import seldom_collected
 
     seldom_collected()
+    warnings.simplefilter("ignore", LargeStrainWarning)  # `simulate` says so itself
     sys.unraisablehook = _interrupt_again
     came = [signal.SIGINT]
 

@@ -72,6 +72,7 @@ def simulate(
     from fringeforce.calibration.bench_loads import BenchLoads
     from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import save_frames
+    from fringeforce.models.strain_limit import strain_words
 
     if seed < 0:
         raise InputError(f"--seed {seed}: must be a whole number, 0 or more.")
@@ -91,6 +92,8 @@ def simulate(
     frames = found.expose(touch, rng=seed, **state)
     save_frames(output, frames, found.pixel_positions, applied)
     print(f"{output}: {counted_frames(frames.shape)}")
+    if words := strain_words(found.sensor, touch):
+        print(f"  {words}")
 
 
 def read(

@@ -8,6 +8,7 @@ import os
 import signal
 import tempfile
 import traceback
+import warnings
 import weakref
 from collections import OrderedDict
 from collections.abc import Callable
@@ -18,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from fringeforce.base.child_process import end_with_parent
+from fringeforce.base.errors import LargeStrainWarning
 from fringeforce.explorer.page import Page, Process
 from fringeforce.explorer.protocol import AboutDesign
 from fringeforce.explorer.tasks import Answer, Solved, solve
@@ -109,6 +111,8 @@ def _serve(pipe: Connection, patient: bool, folder: str | None) -> None:
     # not every system knows the word
     if patient and hasattr(os, "nice"):
         os.nice(NICENESS)
+    # pages say from which force on strain is large
+    warnings.simplefilter("ignore", LargeStrainWarning)
     with suppress(EOFError, OSError):
         while True:
             function, arguments = pipe.recv()

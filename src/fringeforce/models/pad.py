@@ -32,6 +32,7 @@ from fringeforce.models.pad_presses import press_slices
 from fringeforce.models.pad_slices import block_of
 from fringeforce.models.pad_symmetry import PARITIES, load_basis
 from fringeforce.models.presses import Presses, are_presses
+from fringeforce.models.strain_limit import warn_of_strain
 from fringeforce.models.temperature import warm_forces
 from fringeforce.optics import camera as camera_optics
 from fringeforce.optics.area_camera import Lens, Picture, measure, measure_back, mosaic, pictures
@@ -296,7 +297,13 @@ class PadModel:
             pad as drawn if not given.
         temperature : array_like, shape () or (...), optional
             Of the photoelastic layer, for all frames or each [K]; that of the design if not given.
+
+        Warns
+        -----
+        LargeStrainWarning
+            If loads strain the cover further than small strain holds.
         """
+        warn_of_strain(self.sensor, forces)
         if as_built is not None:
             return self.as_built(as_built).expose(forces, rng, temperature=temperature)
         camera, axes = self.sensor.camera, len(self.frame_shape)

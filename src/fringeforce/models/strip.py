@@ -64,6 +64,7 @@ from fringeforce.models.imaging_files import (
     write_imaging,
 )
 from fringeforce.models.presses import Presses, are_presses, press_phase
+from fringeforce.models.strain_limit import warn_of_strain
 from fringeforce.models.strip_width import light_line, strip_width
 from fringeforce.models.temperature import frame_scale
 from fringeforce.models.unlike_layers import ratio_powers, turned_phase
@@ -314,7 +315,14 @@ class SensorModel:
         -------
         ndarray, shape (..., *frame_shape)
             Grey levels, uint8 up to 8 bits and uint16 above.
+
+        Warns
+        -----
+        LargeStrainWarning
+            If loads strain the cover further than small strain holds, and `strain` is not given.
         """
+        if strain is None:
+            warn_of_strain(self.sensor, forces)
         if as_built is not None:
             if checked_strain(strain or self.sensor.transducer.strain) == "finite":
                 raise InputError(
@@ -430,6 +438,11 @@ class SensorModel:
         -------
         ndarray, shape (..., *frame_shape)
             Grey levels, uint8 up to 8 bits and uint16 above.
+
+        Warns
+        -----
+        LargeStrainWarning
+            If loads strain the cover further than small strain holds, and `strain` is not given.
         """
         seen = self._light(np.asarray(phase, dtype=float)) * (1.0 if light is None else light)
         frame_axes = len(self.frame_shape)
