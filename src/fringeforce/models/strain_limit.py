@@ -20,9 +20,9 @@ from fringeforce.models.presses import Presses, are_presses
 def strain_words(sensor: Sensor | Pad, forces: ArrayLike | Presses) -> str:
     """What is wrong if loads strain the cover by more than 10 %, with limit and remedy, or nothing.
 
-    The strain is the mean pressure of a contact over the modulus of the cover.  Tactels share their
-    force over a pitch; contacts without width are as wide as the cover is thick, and those of an
-    indenter as wide as it is at most.
+    The strain is the mean pressure over the modulus of the cover, of the force of a contact over
+    one pitch of the tactels, or over the contact if that is wider; contacts of an indenter are as
+    wide as it is.
 
     Parameters
     ----------
@@ -46,8 +46,7 @@ def strain_words(sensor: Sensor | Pad, forces: ArrayLike | Presses) -> str:
         if normal.ndim < 2:
             return ""
         normal = np.abs(normal[..., 0].reshape(-1, normal.shape[-2]))
-        across = sensor.tactels.pitch if isinstance(sensor, Pad) else block.width
-        areas = np.full_like(normal, sensor.tactels.pitch * across)
+        areas = np.full_like(normal, _pitch_area(sensor))
     if not normal.size or not np.isfinite(normal).all():
         return ""
     strains = normal / (areas * block.compliant.youngs_modulus)
@@ -75,11 +74,16 @@ def _each(part: Press | Sequence[Press]) -> Sequence[Press]:
 
 
 def _area(sensor: Any, press: Press) -> float:
-    """Of a contact [m2]."""
-    width: Any = press.width
-    if width is None:
-        width = sensor.transducer.compliant.thickness if press.radius is None else 2 * press.radius
+    """Over which a contact spreads its force [m2]."""
+    width: Any = 2 * press.radius if press.radius is not None else press.width or 0.0
     if sensor.dimensions == 1:
-        return float(np.min(width)) * sensor.transducer.width
-    sides = np.broadcast_to(width, 2)
-    return float(np.prod(sides)) * (1.0 if press.outline == "rectangle" else np.pi / 4)
+        own = float(np.min(width)) * sensor.transducer.width
+    else:
+        sides = np.broadcast_to(width, 2)
+        own = float(np.prod(sides)) * (1.0 if press.outline == "rectangle" else np.pi / 4)
+    return max(own, _pitch_area(sensor))
+
+
+def _pitch_area(sensor: Any) -> float:
+    across = sensor.tactels.pitch if sensor.dimensions > 1 else sensor.transducer.width
+    return sensor.tactels.pitch * across
