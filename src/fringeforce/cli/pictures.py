@@ -31,7 +31,7 @@ def extract(
         Path | None,
         typer.Option(
             metavar="<file>",
-            help="File of where the sensor is in the pictures (JSON): read if it is there, "
+            help="File of where the sensor is in the pictures (TOML): read if it is there, "
             "otherwise written.",
         ),
     ] = None,
@@ -144,7 +144,7 @@ def extract(
             found = Region(_corners(corners), size, levels, margin, mosaic)
         if region is not None:
             found.save(region)
-            print(f"{region}: where the sensor is")
+            print(f"{region}: where the sensor is in the pictures")
     print(_described(found))
     if camera or own is not None:
         channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
@@ -170,7 +170,7 @@ def extract(
         channels = channels_of(sensor.polariscope, found, first[0].ndim == 3)
         pixels = min(sensor.camera.pixels, found.resolution)
         draw_region(Sampler(found, pixels, channels), first[0], preview)
-        print(f"{preview}: what was found")
+        print(f"{preview}: what was found, drawn")
     if output is not None:
         frames, times = extract_frames(pictures, sensor, found)
         save_frames(output, frames, sensor.pixel_positions, times=times)
