@@ -303,3 +303,18 @@ def test_replace_reaches_into_lists_by_number(sensor: ff.Sensor) -> None:
         colours.replace(**{"polariscope.channels.2.amplitude": 100.0})
     with pytest.raises(ff.FringeforceError, match="1 of the list is a number"):
         colours.replace(**{"polariscope.crosstalk.0.1.2": 0.1})
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "text"),
+    [
+        ("saad", {"camera.shift": "30 mm"}, r"beside the strip.* 17\.\d+ mm to 42\.\d+ mm"),
+        ("saad", {"camera.shift": "0 +/- 5 mm"}, r"0 \+/- 5 mm.* no pixel surely sees"),
+        ("pad", {"camera.shift_x": "-26 mm"}, r"shift_x = -26 mm.* 12\.5 mm from its middle"),
+    ],
+)
+def test_a_camera_looks_at_its_sensor(name: str, changes: dict[str, str], text: str) -> None:
+    with pytest.raises(ff.FringeforceError, match=text):
+        ff.load_sensor(name).replace(**changes)
+    nearer = dict.fromkeys(changes, "3 mm")
+    assert ff.load_sensor(name).replace(**nearer)

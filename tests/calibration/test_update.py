@@ -179,8 +179,29 @@ def test_loads_of_a_skin_are_not_found_with_the_drift(calibrated) -> None:
 def test_a_drawing_is_not_updated(later) -> None:
     with pytest.raises(InputError, match="Calibrate it first"):
         ff.update(ff.characterize(drawing()), np.zeros((1, PIXELS)))
-    with pytest.raises(InputError, match=r"light=-0\.1"):
+    with pytest.raises(InputError, match=r"light = -0\.1"):
         ff.Drift(light=-0.1)
+
+
+@pytest.mark.parametrize(
+    ("drift", "text"),
+    [
+        (ff.Drift(shift=0.1), "no pixel surely sees the strip, whose ends are 12.5 mm"),
+        (ff.Drift(scale=5.0), "scale = 5 .* state less than 0.33"),
+    ],
+)
+def test_a_camera_that_may_look_anywhere_is_refused(calibrated, drift, text) -> None:
+    with pytest.raises(InputError, match=text):
+        ff.update(calibrated, np.zeros((1, PIXELS)), drift=drift)
+
+
+def test_nothing_need_have_drifted(calibrated) -> None:
+    frames = shots(calibrated, np.tile([1.0, 0.1], (3, 11, 1)), np.random.default_rng(3))
+    never = ff.Drift(light=0.0, offset=0.0, residual=0.0, shift=0.0, scale=0.0, crosstalk=0.0)
+    found = ff.update(calibrated, frames, drift=never)
+    assert found.calibration is not None
+    assert found.calibration.usable
+    assert "changed by" not in " ".join(found.calibration.findings)
 
 
 def test_the_command_writes_the_model_and_says_what_changed(calibrated, later, tmp_path) -> None:

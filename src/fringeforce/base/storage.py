@@ -232,7 +232,7 @@ def existing_file(path: PathLike, kind: str, *others: str) -> Iterator[h5py.File
     except FringeforceError:
         raise
     except FileNotFoundError:
-        raise FileFormatError(f"There is no file {path}.") from None
+        raise FileFormatError(f"There is no file {path}; give the path of one.") from None
     except UNREADABLE as error:
         raise FileFormatError(
             f"{path} is not a complete HDF5 file with {CALLED[kind]} ({error}). It may be "

@@ -37,6 +37,7 @@ from fringeforce.calibration.strip_drift_search import StripDriftSearch
 from fringeforce.calibration.timed_loads import TimedLoads
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.light import pairs_of_channels
+from fringeforce.design.strip import SURELY
 from fringeforce.design.tolerances import Tolerances, with_values
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.imaging import Calibration, Imaging
@@ -44,6 +45,9 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import uncertainty
+
+LEAST_RESIDUAL = 1e-6
+"""Standard deviation of a residual that is said not to have changed: no frame sees less [rad]."""
 
 
 @overload
@@ -319,8 +323,26 @@ def _checked(
     return levels
 
 
+def _check_camera(model: SensorModel, drift: Drift) -> None:
+    """Refuse a camera that may look anywhere; InputError."""
+    sensor, x = model.sensor, model.sensor.pixel_positions
+    half, most = sensor.transducer.length / 2, sensor.camera.scale / 3
+    if drift.scale >= most:
+        raise InputError(
+            f"scale = {drift.scale:g} of a drift: three standard deviations must leave a "
+            f"magnification above 0; state less than {most:.2g}."
+        )
+    if not (np.abs(x) + SURELY * np.hypot(drift.shift, drift.scale * x) <= half).any():
+        raise InputError(
+            f"shift = {1e3 * drift.shift:g} mm and scale = {drift.scale:g} of a drift: at "
+            f"{SURELY:g} standard deviations no pixel surely sees the strip, whose ends are "
+            f"{1e3 * half:g} mm from its middle; state smaller ones."
+        )
+
+
 def _drifting(model: SensorModel, drift: Drift) -> SensorModel:
     """The model with tolerances of all that may drift, one by one in every frame."""
+    _check_camera(model, drift)
     sensor, light, stds = model.sensor, light_by_path(model.sensor), {}
     for path, grey in light.items():
         stds[path] = drift.light * grey
@@ -329,7 +351,7 @@ def _drifting(model: SensorModel, drift: Drift) -> SensorModel:
         pairs = pairs_of_channels(len(sensor.polariscope.pictures))
         stds |= dict.fromkeys(pairs, drift.crosstalk)
     stds |= {
-        RESIDUAL: drift.residual,
+        RESIDUAL: max(drift.residual, LEAST_RESIDUAL),
         "camera.shift": drift.shift,
         "camera.scale": drift.scale,
     }

@@ -67,7 +67,8 @@ class Drift:
         for name, value in vars(self).items():
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(
-                    f"Drift({name}={value}): a standard deviation is finite and not negative."
+                    f"{name} = {value:g} of a drift: must be a standard deviation, 0 or more, "
+                    "and finite."
                 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -101,6 +102,8 @@ class DriftRows(NamedTuple):
 
         def along(rows: Array, first: int) -> Array:
             """At the pixels of every channel, of all unknowns; rows are those from `first` on."""
+            if not len(rows):
+                return np.zeros((len(where), math.prod(reader.model.frame_shape)))
             own = rows.reshape(len(rows), -1, nodes)
             found = reader.at_pixels(own).reshape(len(rows), -1)
             return np.pad(found, [(first, len(where) - first - len(found)), (0, 0)])

@@ -98,6 +98,8 @@ Workers = Annotated[
 
 OTHERS = {".csv", ".npy", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".mp4", ".avi"}
 """Endings of tables, arrays and pictures, which are neither models nor designs."""
+PICTURES = ".png", ".jpg", ".jpeg", ".pdf", ".svg", ".tif", ".tiff"
+"""Endings of pictures that are drawn."""
 ZERO_CELSIUS = 273.15
 """Zero of the Celsius scale [K]."""
 HOTTEST = 200.0
@@ -246,8 +248,8 @@ def writable(output: Path | None, kind: str, *inputs: Path | str | None) -> None
     output : Path or None
         File to write, if any.
     kind : str
-        What it will hold: "frames", "models", "results", "tables" or "designs"; of "files" any
-        ending is taken.
+        What it will hold: "frames", "models", "results", "tables", "designs" or "pictures"; of
+        "files" any ending is taken.
     *inputs : Path, str or None
         Files that the command reads, which it must not replace.
 
@@ -265,13 +267,14 @@ def writable(output: Path | None, kind: str, *inputs: Path | str | None) -> None
         **dict.fromkeys(("frames", "models", "results"), HDF5),
         "tables": (".csv",),
         "designs": (".toml",),
+        "pictures": PICTURES,
     }
     allowed, suffix = endings.get(kind, ()), output.suffix.lower()
     foreign = {*OTHERS, *HDF5, ".toml"} - set(allowed) if allowed else set()
     if output.is_dir():
         raise InputError(f"{output} cannot be written: it is a folder; give the name of a file.")
-    # frames are recognised by their ending alone
-    if suffix in foreign or (kind == "frames" and suffix not in allowed):
+    # frames are recognised by their ending alone, and it says what picture to write
+    if suffix in foreign or (kind in ("frames", "pictures") and suffix not in allowed):
         raise InputError(
             f"{output}: this command writes {kind} there, whose names end in "
             f"{' or '.join(allowed)}, and not in {suffix!r}; give it another name."

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fringeforce.base.words import counted
-from fringeforce.cli.arguments import Scheduler, Workers
+from fringeforce.cli.arguments import Scheduler, Workers, usable_folder, writable
 from fringeforce.cli.progress import progress_bar
 
 
@@ -41,6 +41,8 @@ def dataset(
     from fringeforce.datasets.making import make_dataset
     from fringeforce.datasets.sheet import write_sheet
 
+    usable_folder(output)
+    writable(sheet, "pictures", study)
     with progress_bar() as advance:
         made = make_dataset(study, output, scheduler, workers, advance)
     parts = ", ".join(f"{count} {name}" for name, count in made.parts.items())

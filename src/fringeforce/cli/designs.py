@@ -26,6 +26,7 @@ def new(
     """Write a commented design file to start from."""
     from fringeforce.design.files import new_design
 
+    writable(path, "designs")
     new_design(path, like, overwrite=force)
     print(f"{path}: edit it, then run  fringeforce characterize {path} -o model.h5")
 

@@ -61,6 +61,7 @@ def explore(
     import webbrowser
 
     from fringeforce.acquisition.cameras.choice import check_camera
+    from fringeforce.base.errors import InputError
     from fringeforce.design.files import load_sensor
     from fringeforce.design.materials import by_strain
     from fringeforce.design.shipped import shipped_designs, shipped_pads
@@ -71,6 +72,15 @@ def explore(
 
     if camera is not None:
         check_camera(camera)
+    else:
+        given = {
+            "--line-rate": line_rate,
+            "--exposure": exposure,
+            "--region": region,
+            "--block": block,
+        }
+        if idle := [option for option, value in given.items() if value is not None]:
+            raise InputError(f"{idle[0]} is for a running sensor; say which with --camera.")
     name = target.removeprefix("pads/")
     known = name in shipped_designs() or name in shipped_pads()
     if not known and is_model(target):

@@ -113,7 +113,7 @@ def extract(
         raise InputError("Say what to write: --output frames.h5, --preview FILE, or --camera.")
     writable(output, "frames", design, *pictures)
     writable(own, "designs", *pictures)
-    writable(preview, "files", design, *pictures)
+    writable(preview, "pictures", design, *pictures)
     sensor, first = load_sensor(design), first_pictures(pictures)
     if response is not None:
         sensor = sensor.replace(**{"camera.response": response})

@@ -48,6 +48,12 @@ class Question(StrEnum):
     creep = "creep"
 
 
+OF_TACTELS = Question.range, Question.resolution, Question.sensitivity
+"""Questions that a skin has other answers to."""
+LOADED = Question.resolution, Question.creep
+"""Questions about loads up to --load."""
+
+
 def study(
     question: Annotated[
         Question,
@@ -94,6 +100,7 @@ def study(
     """
     from fringeforce.base.errors import InputError
     from fringeforce.design.files import load_strip
+    from fringeforce.models.strain_limit import strain_words
     from fringeforce.models.strip import characterize
     from fringeforce.studies.convergence import convergence_study
     from fringeforce.studies.creep import creep_study
@@ -110,6 +117,11 @@ def study(
     if seed < 0:
         raise InputError(f"--seed {seed}: must be a whole number, 0 or more.")
     sensor = load_strip(design)
+    if sensor.skin is not None and question in OF_TACTELS:
+        raise InputError(
+            f"{design} has a skin, and study {question} asks about tactels; take a design with "
+            f"tactels, or fringeforce show {design}, which says how well a contact is read."
+        )
     wide = None if width is None else quantity("--width", width, "meter")
     with executor(scheduler, workers) as pool, progress_bar() as advance:
         answers: dict[Question, Callable[[], StudyResult]] = {
@@ -125,6 +137,9 @@ def study(
         }
         found = answers[question]()
     _tell(found, out)
+    words = strain_words(sensor, [[load, 0.0]]) if question in LOADED else ""
+    if words:
+        print(words)
 
 
 def sweep(

@@ -369,6 +369,19 @@ class Pad(Design):
         return self
 
     @model_validator(mode="after")
+    def _looks_at_itself(self) -> Pad:
+        """Refuse a camera of which no pixel sees the pad."""
+        camera, block = self.camera, self.transducer
+        looking = ("x", camera.shift_x, block.length), ("y", camera.shift_y, block.width)
+        for axis, shift, side in looking:
+            if abs(shift) - camera.scale * side / 2 >= side / 2:
+                raise ValueError(
+                    f"the camera looks beside the pad: shift_{axis} = {shift * 1e3:g} mm, and the "
+                    f"pad's sides are {side / 2 * 1e3:g} mm from its middle; state where it looks"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _fits(self) -> Pad:
         tactels, block = self.tactels, self.transducer
         for axis, n, side in zip("xy", tactels.count, (block.length, block.width), strict=True):

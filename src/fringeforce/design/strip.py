@@ -30,6 +30,8 @@ from fringeforce.design.parts import (
     check_thickness,
 )
 
+SURELY = 3.5
+"""Standard deviations of shift and scale up to which a pixel has to see the strip to be used."""
 Plane = Literal["stress", "strain", "3d", "given"]
 """What a strip is modelled in."""
 
@@ -400,6 +402,34 @@ class Sensor(Design):
                 raise ValueError(f"channel {number + 1}: {error}") from None
         return camera
 
+    @model_validator(mode="after")
+    def _looks_at_itself(self) -> Self:
+        """Refuse a camera of which no pixel sees the strip, or none surely does."""
+        half, x, camera = self.transducer.length / 2, self._places(), self.camera
+        stated = f"shift = {1e3 * camera.shift:g} mm and scale = {camera.scale:g}"
+        ends = f"the strip's ends are {1e3 * half:g} mm from its middle"
+        if not (np.abs(x) <= half).any():
+            raise ValueError(
+                f"the camera looks beside the strip: with {stated} its pixels are at x from "
+                f"{1e3 * x.min():.4g} mm to {1e3 * x.max():.4g} mm, and {ends}; state where it "
+                "looks"
+            )
+        shift, scale = (self.tolerances.get(f"camera.{name}", 0.0) for name in ("shift", "scale"))
+        reach = np.abs(x) + SURELY * np.hypot(shift, scale * x)
+        if not (reach <= half).any():
+            raise ValueError(
+                f"camera.shift = {1e3 * camera.shift:g} +/- {1e3 * shift:g} mm and camera.scale = "
+                f"{camera.scale:g} +/- {scale:g} are too uncertain: at {SURELY:g} standard "
+                f"deviations no pixel surely sees the strip, and {ends}; state smaller tolerances"
+            )
+        return self
+
+    def _places(self) -> Array:
+        """Centres of the pixels along x [m]."""
+        n = self.camera.pixels
+        drawn = ((np.arange(n) + 0.5) / n - 0.5) * self.transducer.length
+        return self.camera.scale * drawn + self.camera.shift
+
     @property
     def light(self) -> tuple[Array, Array]:
         """Amplitude and offset of every channel, shape (C,) each, grey levels."""
@@ -430,6 +460,4 @@ class Sensor(Design):
     @cached_property
     def pixel_positions(self) -> Array:
         """Centres of the pixels along x, shape (pixels,) [m]."""
-        n = self.camera.pixels
-        drawn = ((np.arange(n) + 0.5) / n - 0.5) * self.transducer.length
-        return self.camera.scale * drawn + self.camera.shift
+        return self._places()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, closing, suppress
@@ -167,9 +168,16 @@ def serve(
             listener.bind((bind, port))
         except (OSError, OverflowError) as error:
             reason = getattr(error, "strerror", None) or "ports go from 0 to 65535"
+            elsewhere = isinstance(error, socket.gaierror) or (
+                isinstance(error, OSError) and error.errno == errno.EADDRNOTAVAIL
+            )
+            remedy = (
+                "Give --bind an address of this machine, such as 127.0.0.1."
+                if elsewhere
+                else "Choose another --port, or leave it out for a free one."
+            )
             raise InputError(
-                f"The explorer cannot listen on {bind}, port {port}: {reason}. Choose another "
-                "--port, or leave it out for a free one."
+                f"The explorer cannot listen on {bind}, port {port}: {reason}. {remedy}"
             ) from None
         listener.listen()
         host = f"[{bind}]" if family == socket.AF_INET6 else bind

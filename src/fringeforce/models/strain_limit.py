@@ -40,10 +40,10 @@ def strain_words(sensor: Sensor | Pad, forces: ArrayLike | Presses) -> str:
         areas = np.array([_area(sensor, one) for one in pressed])
     else:
         try:
-            normal = np.asarray(forces, dtype=float)
-        except (TypeError, ValueError):
+            normal = np.asarray(forces)
+        except ValueError:
             return ""  # who simulates them says what is wrong
-        if normal.ndim < 2:
+        if normal.ndim < 2 or normal.dtype.kind not in "fiu":
             return ""
         normal = np.abs(normal[..., 0].reshape(-1, normal.shape[-2]))
         areas = np.full_like(normal, _pitch_area(sensor))

@@ -72,7 +72,9 @@ def load_pictures(
 
 def _files(path: Path) -> list[Path]:
     if not path.exists():
-        raise FileFormatError(f"There is no file {path}.")
+        raise FileFormatError(
+            f"There is no file {path}; give the path of pictures, or of a folder of them."
+        )
     if not path.is_dir():
         if path.suffix.lower() not in ENDINGS:
             raise FileFormatError(
@@ -109,7 +111,9 @@ def _still(path: Path) -> Iterable[Picture]:
     except FileFormatError:
         raise
     except Exception as error:  # decoders raise errors of any kind on damaged files
-        raise FileFormatError(f"{path} cannot be read as pictures: {error}.") from None
+        raise FileFormatError(
+            f"{path} cannot be read as pictures: {error}. Give pictures that a viewer opens."
+        ) from None
     if stack.ndim > 2 and stack.shape[-1] == 4:  # the fourth plane is how opaque a pixel is
         stack = stack[..., :3]
     colour = stack.ndim > 2 and stack.shape[-1] == 3

@@ -65,6 +65,10 @@ def make_benchmark(
     names = tracks or tuple(TRACKS)
     if unknown := [name for name in names if name not in TRACKS]:
         raise InputError(f"There is no track {unknown[0]!r}; choose from {', '.join(TRACKS)}.")
+    if len(set(names)) < len(names):
+        raise InputError(f"Tracks {', '.join(names)} name one twice; name each once.")
+    if seed is not None and seed < 0:
+        raise InputError(f"seed = {seed}: must be a whole number, 0 or more.")
     if not 1 <= count <= MOST:
         raise InputError(f"count = {count} frames: give 1 to {MOST:,}.")
     if target.exists():

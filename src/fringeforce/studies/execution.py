@@ -77,6 +77,11 @@ def executor(scheduler: str | None = None, workers: int | None = None) -> Iterat
     """
     if workers is not None and workers < 0:
         raise InputError(f"workers = {workers}: must be 1 or more, or 0 for this process alone.")
+    if workers is not None and workers > AHEAD:
+        raise InputError(
+            f"workers = {workers}: at most {AHEAD} calls are handed over at a time; give as many "
+            "workers or fewer, or leave it out for one on each core."
+        )
     if scheduler is not None:
         with _cluster(scheduler) as pool:
             yield pool
