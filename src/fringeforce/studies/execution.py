@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import signal
 import threading
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ from types import FrameType
 from typing import Any, TypeVar
 
 from fringeforce.base.child_process import end_with_parent
-from fringeforce.base.errors import InputError
+from fringeforce.base.errors import InputError, LargeStrainWarning
 from fringeforce.base.optional_libraries import extra
 from fringeforce.base.progress import Progress, counted
 
@@ -58,6 +59,12 @@ class Processes(ProcessPoolExecutor):
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+def _begin() -> None:
+    """Begin a process: studies ask on purpose what large loads do."""
+    warnings.simplefilter("ignore", LargeStrainWarning)
+    end_with_parent()
+
+
 @contextmanager
 def executor(scheduler: str | None = None, workers: int | None = None) -> Iterator[Executor]:
     """Where calls run: processes of this machine, or the workers of a Dask cluster.
@@ -91,7 +98,7 @@ def executor(scheduler: str | None = None, workers: int | None = None) -> Iterat
         spawn, others = multiprocessing.get_context("spawn"), multiprocessing.active_children()
         with (
             _one_thread_each(),
-            Processes(workers, mp_context=spawn, initializer=end_with_parent) as pool,
+            Processes(workers, mp_context=spawn, initializer=_begin) as pool,
             _held_interrupts(pool),
         ):
             try:
