@@ -99,8 +99,6 @@ def test_what_is_typed_wrongly_is_named_with_what_may_be(
         ("extract saad words.csv --preview p.xyz", ["p.xyz", "'.xyz'", ".png"]),
         ("explore saad --line-rate 5 --no-browser", ["--line-rate", "--camera"]),
         ("explore saad --region r.toml --no-browser", ["--region", "--camera"]),
-        ("benchmark make b --track drawn --track drawn", ["drawn, drawn", "once"]),
-        ("benchmark make b --seed -1", ["seed = -1", "0 or more"]),
         ("dataset none.toml -o words.csv", ["words.csv", "it is a file"]),
         ("dataset none.toml -o d --sheet s.xyz", ["s.xyz", "'.xyz'", ".png"]),
         ("new design.h5", ["design.h5", ".toml"]),
@@ -189,3 +187,17 @@ def test_update_looks_at_its_frames_before_it_fits(model: ff.SensorModel, desk: 
         "creep model.h5 none.h5 loads.csv -o later.h5": "no file none.h5",
     }.items():
         assert word in refused(*line.split(), cwd=desk).stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("benchmark make b --track drawn --track drawn", ["drawn, drawn", "once"]),
+        ("benchmark make b --seed -1", ["seed = -1", "0 or more"]),
+    ],
+)
+def test_a_benchmark_is_refused_before_a_folder_is_made(
+    line: str, words: list[str], tmp_path: Path
+) -> None:
+    said = refused(*line.split(), cwd=tmp_path).stderr
+    assert all(word in said for word in words)
