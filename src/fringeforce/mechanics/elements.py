@@ -13,13 +13,14 @@ from functools import cache
 from typing import Literal
 
 import numpy as np
-from numpy.polynomial.legendre import legder, leggauss, legval, legvander
+from numpy.polynomial.legendre import legder, legval, legvander
 from scipy.sparse import csr_array
 from skfem import ElementLineP2
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
 from fringeforce.base.arrays import Array, Index
+from fringeforce.mechanics.gauss_rule import gauss_rule
 
 Side = Literal["left", "right"]
 
@@ -61,7 +62,7 @@ def gauss_line(order: int, breaks: Array) -> tuple[Array, Array]:
     breaks : ndarray, shape (elements + 1,)
         Boundaries of the elements, ascending [m].
     """
-    nodes, weights = leggauss(order + 1)
+    nodes, weights = gauss_rule(order + 1)
     step = np.diff(breaks)[:, None]
     return (breaks[:-1, None] + step * (nodes + 1) / 2).ravel(), (step * weights / 2).ravel()
 
@@ -190,7 +191,7 @@ def gauss_interpolation(order: int, breaks: Array, points: Array) -> csr_array:
 
 def _from_gauss(order: int, fraction: Array) -> Array:
     """Weights of an element's values at Gauss points, at places within it, shape (m, order)."""
-    at_gauss = legvander(leggauss(order)[0], order - 1)
+    at_gauss = legvander(gauss_rule(order)[0], order - 1)
     return legvander(2 * fraction - 1, order - 1) @ np.linalg.inv(at_gauss)
 
 
@@ -262,9 +263,11 @@ def integrals(order: int, breaks: Array) -> Array:
 
 def along(matrix: csr_array, values: Array, axis: int = 0) -> Array:
     """A matrix applied along one axis of an array of any dimension."""
-    moved = np.moveaxis(values, axis, 0)
-    result = matrix @ moved.reshape(len(moved), -1)
-    return np.moveaxis(result.reshape(-1, *moved.shape[1:]), 0, axis)
+    axis %= values.ndim
+    before, after = range(axis), range(axis + 1, values.ndim)
+    moved = values.transpose(axis, *before, *after)
+    result = (matrix @ moved.reshape(len(moved), -1)).reshape(-1, *moved.shape[1:])
+    return result.transpose(*range(1, axis + 1), 0, *after)
 
 
 def _banded(first: Index, weights: Array, columns: int) -> csr_array:

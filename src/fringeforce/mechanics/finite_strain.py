@@ -23,12 +23,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Transducer
 from fringeforce.mechanics.condensed import Condensation, Tangent
 from fringeforce.mechanics.deformed_light import DeformedLight
-from fringeforce.mechanics.elements import (
-    along,
-    gauss_line,
-    interpolation,
-    shape_functions,
-)
+from fringeforce.mechanics.elements import gauss_line, interpolation, shape_functions
 from fringeforce.mechanics.hyperelasticity import GRADIENT_STEP, Hyperelastic, PlaneResponse
 from fringeforce.mechanics.mesh import GROWTH_X, Mesh, strip_mesh
 from fringeforce.mechanics.surface_loads import (
@@ -162,15 +157,7 @@ class FiniteStrip:
     def gradients(self, coefficients: Array) -> Array:
         """Deformation gradient F at the Gauss points, shape (2, 2, along x, along z)."""
         vx, sx, vz, sz = self._at_gauss
-        f = np.array(
-            [
-                [along(vz, along(sx, part), axis=1), along(sz, along(vx, part), axis=1)]
-                for part in coefficients
-            ]
-        )
-        f[0, 0] += 1
-        f[1, 1] += 1
-        return f
+        return _deformed(coefficients, (sx, vz), (vx, sz))
 
     def _responses(self, gradients: Array) -> tuple[PlaneResponse, PlaneResponse]:
         return self._responses_of(*np.split(gradients, [self._cut], axis=-1))
@@ -231,12 +218,7 @@ class FiniteStrip:
         """Internal forces of a first Piola-Kirchhoff stress at the Gauss points."""
         stress = stress * self._weights
         vx, sx, vz, sz = self._onto_coefficients
-        return np.array(
-            [
-                along(vz, along(sx, part[0]), axis=1) + along(sz, along(vx, part[1]), axis=1)
-                for part in stress
-            ]
-        )
+        return _both_ways(stress[:, 0], sx, vz) + _both_ways(stress[:, 1], vx, sz)
 
     def tangent(self, coefficients: Array) -> Tangent:
         """Factorise the stiffness at displacements.
@@ -289,16 +271,14 @@ class FiniteStrip:
         Below 0 dead loads fold it.
         """
         vx, sx, _, _ = self._at_gauss
-        vz, sz = interpolation(self.mesh.order, self.mesh.z, self.mesh.z[-1:])
-        f = np.array(
-            [
-                [along(vz, along(sx, part), axis=1)[:, 0], along(sz, along(vx, part), axis=1)[:, 0]]
-                for part in coefficients
-            ]
-        )
-        f[0, 0] += 1
-        f[1, 1] += 1
+        vz, sz = self._at_surface
+        f = _deformed(coefficients, (sx, vz), (vx, sz))[..., 0]
         return surface_stiffness(self.compliant.plane(f, self.transducer.plane).tangent)
+
+    @cached_property
+    def _at_surface(self) -> tuple[csr_array, csr_array]:
+        """Values and slopes along z at the surface."""
+        return interpolation(self.mesh.order, self.mesh.z, self.mesh.z[-1:])
 
     @cached_property
     def patches(self) -> Patches:
@@ -551,6 +531,25 @@ class FiniteStrip:
     def light(self) -> DeformedLight:
         """What light sees of the strip."""
         return DeformedLight(self.mesh, self._rows, self.photoelastic, self.transducer.plane)
+
+
+def _both_ways(values: Array, along_x: csr_array, along_z: csr_array) -> Array:
+    """Matrices applied along the strip and upwards, to values of shape (2, along x, along z)."""
+    _, columns, rows = values.shape
+    moved = along_x @ values.swapaxes(0, 1).reshape(columns, -1)
+    turned = moved.reshape(-1, 2, rows).transpose(2, 1, 0)
+    return (along_z @ turned.reshape(rows, -1)).reshape(-1, *turned.shape[1:]).transpose(1, 2, 0)
+
+
+def _deformed(coefficients: Array, *ways: tuple[csr_array, csr_array]) -> Array:
+    """Deformation gradient F, shape (2, 2, along x, along z).
+
+    By the matrices along the strip and upwards of each of its columns.
+    """
+    f = np.stack([_both_ways(coefficients, *way) for way in ways], axis=1)
+    f[0, 0] += 1
+    f[1, 1] += 1
+    return f
 
 
 def _end(share: float) -> str:

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
 from fringeforce.design.strip import Transducer
+from fringeforce.mechanics.gauss_rule import gauss_rule
 
 ORDER = 7
 """Polynomial order of the default mesh."""
@@ -67,7 +67,7 @@ class Mesh:
         Stresses converge one order faster there than elsewhere (Barlow, Int. J. Numer. Methods
         Eng. 10, 1976).
         """
-        points = (leggauss(self.order)[0] + 1) / 2
+        points = (gauss_rule(self.order)[0] + 1) / 2
         return (self.x[:-1, None] + np.diff(self.x)[:, None] * points).ravel()
 
     def refined(self, factor: int) -> Mesh:

@@ -13,12 +13,12 @@ from functools import cached_property
 from typing import ClassVar, Protocol, Self
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from fringeforce.base.arrays import Array, Index
 from fringeforce.mechanics.elements import integrals, interpolation, second_slopes
+from fringeforce.mechanics.gauss_rule import gauss_rule
 
 ComplexArray = NDArray[np.complex128]
 
@@ -129,7 +129,7 @@ class Patches:
     @cached_property
     def _at_gauss(self) -> tuple[csr_array, csr_array, Array]:
         """Integrals with the shape functions, slopes, and one on each patch, by Gauss points."""
-        points, weights = leggauss(self.order + 1)
+        points, weights = gauss_rule(self.order + 1)
         step = np.diff(self.x)[:, None]
         at = (self.x[:-1, None] + step * (points + 1) / 2).ravel()
         value, slope = interpolation(self.order, self.x, at)

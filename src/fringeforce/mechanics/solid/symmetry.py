@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 from scipy.sparse import csr_array, diags_array
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.mechanics.elements import interpolation, shape_functions
+from fringeforce.mechanics.gauss_rule import gauss_rule
 from fringeforce.mechanics.solid.block import Sides
 
 EVEN, ODD = 1, -1
@@ -107,7 +107,7 @@ def mirrored_load(order: int, breaks: Array, place: float, size: float, parity: 
 def _integral(order: int, breaks: Array, lowest: float, highest: float) -> Array:
     """Integrals of all shape functions over an interval, shape (order * e + 1,) [m]."""
     result = np.zeros(order * (len(breaks) - 1) + 1)
-    points, weights = leggauss(order)
+    points, weights = gauss_rule(order)
     for e, (start, end) in enumerate(pairwise(breaks)):
         low, high = max(lowest, start), min(highest, end)
         if high <= low:
