@@ -3,7 +3,7 @@
 import multiprocessing
 import shutil
 import socket
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from unittest.mock import patch
@@ -34,16 +34,27 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
-def _serve(port: int, ready: Connection, sensor: Sensor | Pad, camera: Source | None) -> None:
+def _serve(
+    port: int, ready: Connection, sensor: Sensor | Pad, camera: Source | None, warmed: bool
+) -> None:
     end_with_parent()
-    serve(FirstDesign(sensor), TOKEN, "127.0.0.1", port, ready.send, camera)
+    with nullcontext() if warmed else unwarmed():
+        serve(FirstDesign(sensor), TOKEN, "127.0.0.1", port, ready.send, camera)
 
 
 class LocalServer:
-    """The explorer in a process of its own, which can be killed and started again."""
+    """The explorer in a process of its own, which can be killed and started again.
 
-    def __init__(self, camera: Source | None = None, sensor: Sensor | Pad | None = None) -> None:
-        self.camera = camera
+    Not warmed, it loads libraries when somebody asks for what needs them.
+    """
+
+    def __init__(
+        self,
+        camera: Source | None = None,
+        sensor: Sensor | Pad | None = None,
+        warmed: bool = True,
+    ) -> None:
+        self.camera, self.warmed = camera, warmed
         self.sensor = sensor or load_sensor("saad")
         self.port = free_port()
         self.address = f"http://127.0.0.1:{self.port}/{TOKEN}/"
@@ -53,7 +64,7 @@ class LocalServer:
         context = multiprocessing.get_context("spawn")
         told, tell = context.Pipe(duplex=False)
         self.process = context.Process(
-            target=_serve, args=(self.port, tell, self.sensor, self.camera)
+            target=_serve, args=(self.port, tell, self.sensor, self.camera, self.warmed)
         )
         self.process.start()
         assert told.poll(60), "the server did not start"

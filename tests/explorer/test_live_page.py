@@ -20,7 +20,7 @@ SPELLED = re.compile(r"normal (-?[\d.]+), tangential")
 
 @pytest.fixture(scope="module")
 def watched() -> Iterator[LocalServer]:
-    local = LocalServer(Source(simulated))
+    local = LocalServer(Source(simulated), warmed=False)
     local.start()
     yield local
     local.stop()

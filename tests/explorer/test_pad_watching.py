@@ -95,7 +95,7 @@ def test_a_page_sees_the_pad_as_it_is() -> None:
 
 @pytest.fixture
 def watched() -> Iterator[LocalServer]:
-    local = LocalServer(Source(simulated), small_pad())
+    local = LocalServer(Source(simulated), small_pad(), warmed=False)
     local.start()
     yield local
     local.stop()

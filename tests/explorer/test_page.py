@@ -248,7 +248,7 @@ def test_a_drag_says_what_it_does_and_leaves_the_scale(page: Page, server: Local
 
 
 def test_the_page_survives_a_server_that_dies_and_comes_back(browser: Browser) -> None:
-    local = LocalServer()
+    local = LocalServer(warmed=False)
     local.start()
     try:
         # its console may well say that nobody answers
