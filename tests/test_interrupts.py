@@ -88,7 +88,7 @@ def test_a_calibration_leaves_no_file(model: ff.SensorModel, tmp_path: Path) -> 
 def exploring(folder: Path, **environment: str) -> subprocess.Popen[str]:
     """A server in a group of its own, which has said where it is, with its processes."""
     run = subprocess.Popen(
-        [sys.executable, "-c", COMMAND, "explore", "pad", "--no-browser"],
+        [sys.executable, "-c", COMMAND, "explore", "saad", "--no-browser"],
         cwd=folder,
         env={**os.environ, **environment},
         stdout=subprocess.PIPE,

@@ -1,6 +1,7 @@
 """A full disk, two writers of one file, nowhere to keep loops: one clear error, or none at all."""
 
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -28,19 +29,26 @@ except ff.FringeforceError as error:
 
 
 LIVE = """
-import sys
+import resource, sys
 from fringeforce.cli import main
-sys.argv[1:] = ["live", "whole.h5", "--camera", "file:frames.npy", "--record", "{}"]
-main()
+for size, name in ((3_000_000, "new.h5"), (1_000_000, "none.h5"), (5_000, "small.h5")):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+    print("begins", name, file=sys.stderr)
+    sys.argv[1:] = ["live", "whole.h5", "--camera", "file:frames.npy", "--record", name]
+    try:
+        main()
+    except SystemExit as end:
+        print(name, "ended with", end.code or 0)
 """
 
 
-def full_disk(code: str, folder: Path, size: int) -> subprocess.CompletedProcess[str]:
-    """Python code where no file may exceed a size [bytes]."""
+def full_disk(code: str, folder: Path, size: int | None = None) -> subprocess.CompletedProcess[str]:
+    """Python code where no file may exceed a size [bytes], its own if none is given."""
 
     def bound() -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+        if size is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
     return subprocess.run(
         [sys.executable, "-c", code],
@@ -67,19 +75,20 @@ def test_a_recording_keeps_what_a_disk_took_until_it_was_full(
     model.save(tmp_path / "whole.h5")
     frames = model.expose(np.tile(ff.polar(1.0, 10.0, 11), (2000, 1, 1)), rng=0)
     np.save(tmp_path / "frames.npy", frames)
-    run = full_disk(LIVE.format("new.h5"), tmp_path, 3_000_000)
+    run = full_disk(LIVE, tmp_path)
     assert run.returncode == 0, run.stderr[-300:]
+    assert re.findall(r"(\S+) ended with (\d)", run.stdout) == [
+        ("new.h5", "0"), ("none.h5", "0"), ("small.h5", "2"),
+    ]  # fmt: skip
     kept = load_frames(tmp_path / "new.h5")
     assert f"recording new.h5 stopped after {len(kept)} lines" in run.stdout
     np.testing.assert_array_equal(kept, frames[: len(kept)])
     assert 0 < len(kept) < len(frames)
     # with room for the description alone
-    run = full_disk(LIVE.format("none.h5"), tmp_path, 1_000_000)
     assert "recording none.h5 stopped after 0 lines" in run.stdout
     assert len(load_frames(tmp_path / "none.h5")) == 0
-    run = full_disk(LIVE.format("small.h5"), tmp_path, 5_000)
-    assert run.returncode == 2
-    assert run.stderr == "fringeforce: small.h5 cannot be written: File too large.\n"
+    _, _, said = run.stderr.partition("begins small.h5\n")
+    assert said == "fringeforce: small.h5 cannot be written: File too large.\n"
     assert not (tmp_path / "small.h5").exists()
 
 
