@@ -6,6 +6,7 @@ follows frames and calibrates, in about the same time.
 """
 
 import fcntl
+import gc
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -116,4 +117,6 @@ def _followed(model: Any, forces: Any) -> None:
 
 
 if __name__ == "__main__":
+    # what a compiler makes lasts: looking through it again and again took a seventh of the time
+    gc.set_threshold(100_000, 50, 100)
     {"strips": _strips, "others": _others}[sys.argv[1]]()
