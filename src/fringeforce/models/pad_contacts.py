@@ -62,7 +62,10 @@ class ContactInfluence(PadInfluence):
 
     def forward(self, values: NDArray[np.floating]) -> Single:
         """Spline coefficients of the modes under forces, shape (3 k,)."""
-        return (self.quarters[0] @ self._loads(values).astype(np.float32)).reshape(self.shapes[1])
+        (columns,), loads = self.quarters, self._loads(values).astype(np.float32)
+        # a product with one number takes BLAS ten times as long
+        found = columns[:, 0] * loads[0] if len(loads) == 1 else columns @ loads
+        return found.reshape(self.shapes[1])
 
     def adjoint(self, values: Single) -> Array:
         """From coefficients, shape (2, modes, ny, nx), to forces, shape (3 k,)."""
@@ -269,7 +272,8 @@ class ContactSeries:
     def _influence(self, columns: list[Single], directions: Array | None) -> ContactInfluence:
         count = len(columns) // 3 if directions is None else len(columns)
         base, size = self.base, 2 * self.base.modes * len(self.base.y) * len(self.base.x)
-        grid = np.stack(columns, axis=1) if columns else np.zeros((size, 0), np.float32)
+        # column by column in memory, for there are few
+        grid = np.stack(columns).T if columns else np.zeros((size, 0), np.float32)
         return ContactInfluence(
             (count, 1), base.x, base.y, base.profile, (grid,), directions=directions
         )
