@@ -15,7 +15,7 @@ from fringeforce.mechanics.elements import along, integrals, interpolation
 from fringeforce.mechanics.mesh import Mesh
 from fringeforce.mechanics.moduli import plane_moduli
 
-SOLVED = 16
+SOLVED = 64
 """Solved strips that are kept, 0.05 to 4 MB each: designs that differ by camera, light or
 optics alone share one, and so do a calibration and the readings with it."""
 
