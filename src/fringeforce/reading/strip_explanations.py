@@ -144,9 +144,13 @@ class Explanations:
 
     def relight(self) -> None:
         """Add what the best one leads to where the light is as far from it as may be."""
-        if light := self.posterior.relit(self.tops[0]):
-            for start in light.ends:
-                self.add(self.posterior.settled(start))
+        posterior, best = self.posterior, self.tops[0]
+        if (light := posterior.relit(best)) is None:
+            return
+        for start in light.ends:
+            rough = posterior.settled(start, BINS)
+            if not _same(rough, best, posterior.linearised(best)):
+                self.add(posterior.settled(rough.unknowns))
 
     def explains(self, top: Top, chance: float) -> bool:
         """Whether an explanation leaves nothing but noise."""
