@@ -190,7 +190,8 @@ def told_before(posterior: Posterior, tops: list[Top], earlier: Sequence[NDArray
 
     They count as far back as all are alike but for noise, as frames of the same loads: the mean
     has less of it.  What climbs to the same explanation of the mean is told by one frame alone, and
-    so are all if none explains the mean.
+    so are all if none explains the mean.  They do not speak for what this frame leaves no weight:
+    that leads to another explanation of the mean.
 
     Parameters
     ----------
@@ -218,7 +219,9 @@ def told_before(posterior: Posterior, tops: list[Top], earlier: Sequence[NDArray
         if not _same(met[k], met[0], about):
             told[k] = mean.data_loss(met[k]) - mean.data_loss(met[0])
             told[k] -= posterior.data_loss(tops[k]) - posterior.data_loss(tops[0])
-    return np.clip(told, -MOST_TOLD, MOST_TOLD)
+    losses = np.array([top.loss for top in tops])
+    with_weight = losses <= losses.min() + NEGLIGIBLE_LOSS
+    return np.clip(told, np.where(with_weight, -MOST_TOLD, 0.0), MOST_TOLD)
 
 
 def alike(frames: Array, variance: Array) -> bool:
