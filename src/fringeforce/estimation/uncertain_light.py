@@ -31,7 +31,8 @@ TOLD = 0.005
 """Relative deviation of the light below which it is told: it moves the phase near an extreme, where
 light is quadratic in it, by a tenth of a radian."""
 STRIDE, STRIDES = 0.6, 5
-"""Steps of the light, in its standard deviations, and how many to either side: three deviations."""
+"""Steps of the light, in its standard deviations, and how many to either side: three deviations.
+A sum over a normal density in such steps is its integral, to rounding."""
 CLIMB_STEPS = 10
 """Most steps of a climb from one value of the light to the next."""
 DIMMEST = 0.1
@@ -68,6 +69,13 @@ def light_direction(model: FrameModel, covariance: Array) -> tuple[Array, float]
         What makes frames.
     covariance : ndarray, shape (size, size)
         Of all unknowns.
+
+    Returns
+    -------
+    direction : ndarray, shape (s,)
+        Of unit length; s modes change amplitude or offset.
+    deviation : float
+        Of the light along it where its other modes are known, in deviations as drawn.
     """
     at = model.at
     lit = np.flatnonzero(model.brightness.any(axis=1) | model.darkness.any(axis=1))
@@ -88,7 +96,7 @@ def light_direction(model: FrameModel, covariance: Array) -> tuple[Array, float]
     return direction, float(deviation)
 
 
-def lit(model: FrameModel, direction: Array, value: float) -> FrameModel:
+def _lit(model: FrameModel, direction: Array, value: float) -> FrameModel:
     """What makes frames of a known value of the light in one direction of its modes, shape (s,)."""
     channels, nodes = len(model.bias), len(model.fixed)
     pixels = len(model.amplitude) // channels
@@ -104,7 +112,7 @@ def lit(model: FrameModel, direction: Array, value: float) -> FrameModel:
     )
 
 
-class Refitted(NamedTuple):
+class _Refitted(NamedTuple):
     """What explains a frame at a known value of the light in one direction.
 
     Attributes
@@ -127,21 +135,21 @@ class Refitted(NamedTuple):
         return -float(np.linalg.slogdet(own)[1] + self.loss) / 2
 
 
-def refitted(
+def _refitted(
     model: FrameModel, prior: Prior, frame: Array, start: Array, direction: Array, value: float
-) -> Refitted:
+) -> _Refitted:
     """What a start leads to at a known value of the light in a direction of its modes."""
-    known, modes = lit(model, direction, value), model.at.modes + np.arange(len(direction))
+    known, modes = _lit(model, direction, value), model.at.modes + np.arange(len(direction))
     start = start.copy()
     start[modes] -= direction * (direction @ start[modes])
     unknowns, loss = climb(known, prior, frame, start, 1.0, CLIMB_STEPS, CONVERGED)[:2]
     about = Linearised(*linearise(known, prior, frame, unknowns))
     unknowns = unknowns.copy()
     unknowns[modes] += direction * value
-    return Refitted(unknowns, loss + value**2, about.hessian)
+    return _Refitted(unknowns, loss + value**2, about.hessian)
 
 
-def needed(covariance: Array, unknowns: Array, loads: int) -> NDArray[np.bool_]:
+def _needed(covariance: Array, unknowns: Array, loads: int) -> NDArray[np.bool_]:
     """All unknowns but the loads of contacts that are no larger than their deviations, (size,).
 
     As many loads as a drawing has tactels widen under a dimmer light, whether a frame asks for them
@@ -171,7 +179,7 @@ def relit(model: FrameModel, prior: Prior, frame: Array, unknowns: Array) -> Rel
     direction, deviation = found
     modes = slice(at.modes, at.modes + len(direction))
     begin = float(direction @ unknowns[modes])
-    top = refitted(model, prior, frame, unknowns, direction, begin)
+    top = _refitted(model, prior, frame, unknowns, direction, begin)
     slope = laplace[:, modes] @ np.linalg.solve(laplace[modes, modes], direction)
     points, ends, bright = [top], list[Array](), direction @ model.brightness
     for step in (-STRIDE * deviation, STRIDE * deviation):
@@ -180,13 +188,13 @@ def relit(model: FrameModel, prior: Prior, frame: Array, unknowns: Array) -> Rel
             before, value = here, begin + number * step
             if (1 + value * bright).min() < DIMMEST:
                 break
-            here = refitted(model, prior, frame, ahead, direction, value)
+            here = _refitted(model, prior, frame, ahead, direction, value)
             points.append(here)
             if here.loss > top.loss + UNLIKELY:
                 break
             ahead = 2 * here.unknowns - before.unknowns
         ends.append(here.unknowns)
-    counted = needed(laplace, unknowns, at.loads)
+    counted = _needed(laplace, unknowns, at.loads)
     shares = softmax([one.evidence(counted) for one in points])
     means = np.array([one.unknowns[: at.loads] for one in points])
     alone = [np.linalg.inv(one.hessian)[: at.loads, : at.loads] for one in points]

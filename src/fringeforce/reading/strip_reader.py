@@ -549,10 +549,8 @@ class StripFrameReader(StripFrames):
                 if bent := posterior.propagated(top, self._profiles):
                     means[k], covariances[k] = bent
                 if light := posterior.relit(top):
-                    means[k], covariances[k] = (
-                        means[k] + light.offset,
-                        covariances[k] + light.covariance,
-                    )
+                    means[k] += light.offset
+                    covariances[k] += light.covariance
             loads, covariance = mixture(weights, means, covariances)
         others = [one for one, is_same in zip(weighed, same, strict=True) if not is_same]
         alone = loads, covariance

@@ -29,7 +29,7 @@ tried, and with more care: one right explanation in ten leaves that much."""
 CAREFUL_HEATS, TRAPPED = (1000.0, *HEATS), 60.0
 """Factors on the variance of the noise of a climb that valleys of place and width hardly trap; and
 how much more than an explanation of weight leaves one may leave that stays at the phase of its
-image, to be climbed to once more so."""
+image, to be climbed to once more so: those that were trapped ended up to 50 above."""
 IMAGE_ROUNDS = 3
 """Rounds of mirror images without a better explanation, each from the best one so far."""
 FAINT_PHASE = 1.5
