@@ -72,6 +72,9 @@ class _Sites:
                 self.waves[:, :rank, -1] = -contacts.follows[:tactels]
                 self.target = self.target - mean @ contacts.follows[:tactels]
             self.target = np.concatenate([self.target, mean @ root])
+        self.seen = np.ascontiguousarray(
+            np.swapaxes(self.waves, 1, 2).reshape(-1, len(self.target))
+        )
         self.mean, self.covariance = self._about(z, loads.reshape(-1, 2))
 
     def _about(self, z: Array, loads: Array) -> tuple[Array, Array]:
@@ -101,25 +104,25 @@ class _Sites:
 
     def factor(self) -> tuple[tuple[Array, bool], Array]:
         """Factor of the covariance of what the frame sees, and what the means leave of that."""
-        seen = np.einsum("nrp,npq,nsq->rs", self.waves, self.covariance, self.waves, optimize=True)
-        left = self.target - np.einsum("nrp,np->r", self.waves, self.mean)
-        return cho_factor(seen + np.eye(len(seen)), check_finite=False), left
+        left = self.target - self.mean.ravel() @ self.seen
+        own = self.covariance @ np.swapaxes(self.waves, 1, 2)
+        known = self.seen.T @ own.reshape(self.seen.shape)
+        known.flat[:: len(known) + 1] += 1
+        return cho_factor(known, check_finite=False), left
 
     def others(self, which: Places) -> tuple[Array, Array]:
         """What the other contacts leave the frame to tell of some: `known` and `right`."""
         factor, left = self.factor()
         waves, own = self.waves[which], self.covariance[which]
         count, rows, size = waves.shape
-        flat = np.moveaxis(waves, 1, 0).reshape(rows, -1)
-        solved = cho_solve(factor, flat, check_finite=False).reshape(rows, count, size)
-        solved = np.moveaxis(solved, 1, 0)
-        told = np.swapaxes(waves, 1, 2) @ solved
+        flat = np.swapaxes(waves, 1, 2).reshape(-1, rows)
+        solved = cho_solve(factor, flat.T, check_finite=False).T
+        told = solved.reshape(count, size, rows) @ waves
         without = np.linalg.inv(np.eye(size) - told @ own)
-        right = np.einsum("nrp,r->np", solved, left)
-        right += np.einsum("npq,nq->np", told, self.mean[which])
+        right = (solved @ left).reshape(count, size) + _products(told, self.mean[which])
         known = without @ told
         known = np.ascontiguousarray(known + np.swapaxes(known, 1, 2)) / 2
-        return known, np.einsum("npq,nq->np", without, right)
+        return known, _products(without, right)
 
     def renew(self, which: Places, met: Marginals, known: Array, right: Array) -> None:
         """Let some contacts have the moments that they have among the others.
@@ -132,9 +135,9 @@ class _Sites:
         share, turned = np.linalg.eigh(np.swapaxes(root, 1, 2) @ known @ root)
         turned, alone = root @ turned, 1 - np.minimum(share, 1 - FLAT)
         own = (turned / alone[:, None]) @ np.swapaxes(turned, 1, 2)
-        pull = np.einsum("npq,nq->np", known, met.mean) - right
+        pull = _products(known, met.mean) - right
         self.covariance[which] = own
-        self.mean[which] = met.mean + np.einsum("npq,nq->np", own, pull)
+        self.mean[which] = met.mean + _products(own, pull)
 
     def loads(self, met: Marginals) -> tuple[Array, Array]:
         """Mean and covariance of all loads, which follow x as far as it tells them."""
@@ -153,6 +156,11 @@ class _Sites:
         each = np.arange(len(blocks))
         both[each, :, each] += blocks
         return mean.ravel() + rows @ cho_solve(factor, left, check_finite=False), covariance
+
+
+def _products(matrices: Array, lines: Array) -> Array:
+    """Products of matrices (k, p, q) and a line for each, shape (k, q)."""
+    return (matrices @ lines[:, :, None])[:, :, 0]
 
 
 def _own_coordinates(contacts: Contacts) -> tuple[Array, Array]:

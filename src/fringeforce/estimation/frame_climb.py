@@ -21,45 +21,66 @@ UNDAMPED = 0.1
 
 
 @apart
-def factorised(hessian, cone, damping, lower):
-    """Root of H + cone + damping diag, into `lower`; False where it is not positive definite."""
-    for i in range(len(lower)):
-        for j in range(i + 1):
-            total = hessian[i, j] + cone[i, j]
-            if i == j:
-                total *= 1 + damping
-            for k in range(j):
-                total -= lower[i, k] * lower[j, k]
-            if i == j:
-                if not total > 0:
-                    return False
-                lower[i, i] = np.sqrt(total)
-            else:
-                lower[i, j] = total / lower[j, j]
+def factorised(hessian, cone, damping, root):
+    """Root U of U'U = H + cone + damping diag, into the upper triangle of `root`.
+
+    Of the matrices the lower triangles count.  Rows of the root are what all above leave, four of
+    them at a time.
+
+    Returns
+    -------
+    bool
+        Whether the sum is positive definite.
+    """
+    size = len(root)
+    for k in range(size):
+        row = root[k]
+        for j in range(k, size):
+            row[j] = hessian[j, k] + cone[j, k]
+        row[k] *= 1 + damping
+        z = 0
+        while z + 3 < k:
+            a, b, c, d = root[z], root[z + 1], root[z + 2], root[z + 3]
+            p, q, r, s = a[k], b[k], c[k], d[k]
+            for j in range(k, size):
+                row[j] -= (p * a[j] + q * b[j]) + (r * c[j] + s * d[j])
+            z += 4
+        for x in range(z, k):
+            factor, other = root[x, k], root[x]
+            for j in range(k, size):
+                row[j] -= factor * other[j]
+        if not row[k] > 0:
+            return False
+        share = 1 / np.sqrt(row[k])
+        for j in range(k, size):
+            row[j] *= share
     return True
 
 
 @apart
-def substituted(lower, gradient, step):
+def substituted(root, gradient, step):
     """Solve for the step to where the gradient vanishes, from the root of the Hessian."""
     size = len(step)
     for i in range(size):
-        total = -gradient[i]
-        for k in range(i):
-            total -= lower[i, k] * step[k]
-        step[i] = total / lower[i, i]
+        step[i] = -gradient[i]
+    for i in range(size):
+        row = root[i]
+        step[i] /= row[i]
+        for k in range(i + 1, size):
+            step[k] -= row[k] * step[i]
     for i in range(size - 1, -1, -1):
-        step[i] /= lower[i, i]
-        for k in range(i):
-            step[k] -= lower[i, k] * step[i]
+        row, total = root[i], step[i]
+        for k in range(i + 1, size):
+            total -= row[k] * step[k]
+        step[i] = total / row[i]
 
 
 @sums
-def _solve(hessian, cone, damping, gradient, lower, step):
+def _solve(hessian, cone, damping, gradient, root, step):
     """Solve (H + cone + damping diag) step = -gradient; False where it is not positive definite."""
-    if not factorised(hessian, cone, damping, lower):
+    if not factorised(hessian, cone, damping, root):
         return False
-    substituted(lower, gradient, step)
+    substituted(root, gradient, step)
     return True
 
 
@@ -121,7 +142,7 @@ def _climbed(model, prior, frame, start, heat, steps, tolerance, bound):
     """As `climb`."""
     sigma = np.sqrt(model.variance * heat)
     here, there, out = workspace(model), workspace(model), empty_linearised(model)
-    lower, step = np.zeros_like(out.hessian), np.empty(len(start))
+    root, step = np.empty_like(out.hessian), np.empty(len(start))
     unknowns, damping = start.copy(), 1e-2
     fill_exposure(model, unknowns, here)
     loss = frame_loss(model, prior, frame, unknowns, here[4], sigma, heat)
@@ -129,7 +150,7 @@ def _climbed(model, prior, frame, start, heat, steps, tolerance, bound):
         fill_linearised(model, prior, frame, unknowns, here, sigma, heat, out)
         better, reached, trial = False, loss, unknowns
         while damping < 1e6:
-            if _solve(out.hessian, out.cone, damping, out.gradient, lower, step):
+            if _solve(out.hessian, out.cone, damping, out.gradient, root, step):
                 trial = unknowns + step
                 fill_exposure(model, trial, there)
                 reached = frame_loss(model, prior, frame, trial, there[4], sigma, heat)

@@ -70,33 +70,40 @@ def dot(a, b):
 
 
 @apart
-def contact_moments(model, unknowns, j, mean, by_place, by_width):
-    """Mixtures of moments of contact j, and derivatives by its place [1/m] and its width's unknown.
+def contact_moments(model, unknowns, moments):
+    """Mixtures of moments of every contact, and derivatives, into `moments`, shape (n, 3, k).
 
-    The place is where the camera sees it, beside its tactel.
+    The derivatives are those by its place [1/m] and by its width's unknown.  The place is where the
+    camera sees it, beside its tactel.
     """
-    at = model.at
-    shift = model.place * unknowns[at.place + j] if at.width > at.place else 0.0
-    for d in range(len(model.moving)):
-        shift += model.moving[d, j] * (unknowns[at.modes + d] - model.origin[d])
-    wide, slope = model.width, 0.0
-    if at.fields > at.width:
-        wide, slope = positive_in_loops(
-            wide + model.width_std * unknowns[at.width + j], model.narrow
-        )
-    half = wide / (2 * model.reach)
-    order = model.mixing.shape[1]
+    at, order = model.at, model.mixing.shape[1]
     own, one, other = np.empty(order), np.empty(order), np.empty(order)
-    patch_moments(shift / model.reach, half, model.profile, own, one, other)
-    along, across = 1 / model.reach, slope / 2 * model.width_std / model.reach
-    for k in range(len(mean)):
-        row = model.mixing[k]
-        a = b = c = 0.0
-        for i in range(order):
-            a += row[i] * own[i]
-            b += row[i] * one[i]
-            c += row[i] * other[i]
-        mean[k], by_place[k], by_width[k] = a, along * b, across * c
+    placed, wider = at.width > at.place, at.fields > at.width
+    for j in range(len(moments)):
+        if j > 0 and not (placed or wider or len(model.moving) > 0):
+            for x in range(3):
+                for k in range(moments.shape[2]):
+                    moments[j, x, k] = moments[0, x, k]
+            continue
+        shift = model.place * unknowns[at.place + j] if placed else 0.0
+        for d in range(len(model.moving)):
+            shift += model.moving[d, j] * (unknowns[at.modes + d] - model.origin[d])
+        wide, slope = model.width, 0.0
+        if wider:
+            wide, slope = positive_in_loops(
+                wide + model.width_std * unknowns[at.width + j], model.narrow
+            )
+        half = wide / (2 * model.reach)
+        patch_moments(shift / model.reach, half, model.profile, own, one, other)
+        along, across = 1 / model.reach, slope / 2 * model.width_std / model.reach
+        for k in range(moments.shape[2]):
+            a = b = c = 0.0
+            for i in range(order):
+                share = model.mixing[k, i]
+                a += share * own[i]
+                b += share * one[i]
+                c += share * other[i]
+            moments[j, 0, k], moments[j, 1, k], moments[j, 2, k] = a, along * b, across * c
 
 
 @apart
@@ -124,14 +131,14 @@ def bend_columns(curvature, unknowns, columns):
 def fill_node_phase(model, unknowns, out):
     """Phase lead at the nodes, into `out`, shape (m,)."""
     order, at = model.profiles.shape[2], model.at
-    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    moments = np.empty((len(model.moments), 3, order))
+    contact_moments(model, unknowns, moments)
     copied(model.fixed, out)
-    for j in range(len(model.moments)):
-        contact_moments(model, unknowns, j, mean, by_place, by_width)
+    for j in range(len(moments)):
         for c in range(2):
             force = unknowns[2 * j + c]
             for k in range(order):
-                factor, row = force * mean[k], model.profiles[j, c, k]
+                factor, row = force * moments[j, 0, k], model.profiles[j, c, k]
                 for i in range(len(out)):
                     out[i] += factor * row[i]
             for d in range(len(model.influence)):
@@ -152,25 +159,25 @@ def fill_node_phase(model, unknowns, out):
 def fill_columns(model, unknowns, columns):
     """Change of the phase at the nodes with every unknown that has one, shape (size, m)."""
     order, at = model.profiles.shape[2], model.at
-    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    moments = np.empty((len(model.moments), 3, order))
+    contact_moments(model, unknowns, moments)
     placed = at.width > at.place or len(model.moving) > 0
     slope = np.empty(len(model.fixed))
     columns[:] = 0.0
-    for j in range(len(model.moments)):
+    for j in range(len(moments)):
         slope[:] = 0.0
-        contact_moments(model, unknowns, j, mean, by_place, by_width)
         for c in range(2):
             force, own = unknowns[2 * j + c], columns[2 * j + c]
             for k in range(order):
-                row, a = model.profiles[j, c, k], mean[k]
+                row, a = model.profiles[j, c, k], moments[j, 0, k]
                 for i in range(len(row)):
                     own[i] += a * row[i]
                 if placed:
-                    b = force * by_place[k]
+                    b = force * moments[j, 1, k]
                     for i in range(len(row)):
                         slope[i] += b * row[i]
                 if at.fields > at.width:
-                    wide, b = columns[at.width + j], force * by_width[k]
+                    wide, b = columns[at.width + j], force * moments[j, 2, k]
                     for i in range(len(row)):
                         wide[i] += b * row[i]
             for d in range(len(model.influence)):
@@ -352,6 +359,10 @@ def _light(model, unknowns, bright, dark):
     at, m = model.at, len(model.fixed)
     channels = len(model.bias)
     pixels = len(dark) // channels
+    if len(model.brightness) == 0:
+        bright[:] = 1.0
+        copied(model.offset, dark)
+        return
     more, darker = np.ones(channels * m), np.zeros(channels * m)
     for s in range(len(model.brightness)):
         e = unknowns[at.modes + s]
@@ -492,9 +503,9 @@ def shares_of_channels(model, unknowns):
 
 
 @sums_entry
-def contact_mixtures(model, unknowns, j, mean, by_place, by_width):
+def contact_mixtures(model, unknowns, moments):
     """As `contact_moments`, for Python."""
-    contact_moments(model, unknowns, j, mean, by_place, by_width)
+    contact_moments(model, unknowns, moments)
 
 
 @sums_entry
@@ -513,14 +524,14 @@ def contact_columns(model, unknowns):
     """
     tactels, components, order, nodes = model.profiles.shape
     found = np.zeros((2, tactels, components, nodes))
-    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    moments = np.empty((tactels, 3, order))
+    contact_moments(model, unknowns, moments)
     for j in range(tactels):
-        contact_moments(model, unknowns, j, mean, by_place, by_width)
         for c in range(components):
             for k in range(order):
                 for i in range(nodes):
-                    found[0, j, c, i] += by_place[k] * model.profiles[j, c, k, i]
-                    found[1, j, c, i] += by_width[k] * model.profiles[j, c, k, i]
+                    found[0, j, c, i] += moments[j, 1, k] * model.profiles[j, c, k, i]
+                    found[1, j, c, i] += moments[j, 2, k] * model.profiles[j, c, k, i]
     return found
 
 

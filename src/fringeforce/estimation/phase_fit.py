@@ -107,12 +107,12 @@ def _sizes(model: FrameModel) -> Array:
         origin=model.origin[:0],
         at=at._replace(place=0, width=1, fields=1 + (at.fields > at.width)),
     )
-    mean, by_place, by_width = np.empty((3, len(model.mixing)))
+    moments = np.empty((1, 3, len(model.mixing)))
     square = list[Array]()
     for place in steps if at.width > at.place or len(model.moving) else [0.0]:
         for width in steps if at.fields > at.width else [0.0]:
-            contact_mixtures(alone, np.array([place, width]), 0, mean, by_place, by_width)
-            square.append(mean**2)
+            contact_mixtures(alone, np.array([place, width]), moments)
+            square.append(moments[0, 0] ** 2)
     return np.sqrt(np.mean(square, axis=0))
 
 
@@ -222,14 +222,14 @@ def _shown(model, reduced, unknowns, columns, point):
     """
     profiles, turned, bent = reduced.profiles, reduced.turning, len(columns) > 0
     order, at, rank = profiles.shape[2], model.at, len(point)
-    mean, by_place, by_width = np.empty(order), np.empty(order), np.empty(order)
+    moments = np.empty((len(profiles), 3, order))
+    contact_moments(model, unknowns, moments)
     point[:] = 0.0
     if bent:
         columns[:] = 0.0
     one, beside, wide = np.empty(rank), np.empty(rank), np.empty(rank)
     moving = len(model.moving)
     for j in range(len(profiles)):
-        contact_moments(model, unknowns, j, mean, by_place, by_width)
         for c in range(2):
             force = unknowns[2 * j + c]
             one[:] = 0.0
@@ -237,15 +237,16 @@ def _shown(model, reduced, unknowns, columns, point):
                 beside[:] = 0.0
                 wide[:] = 0.0
             for k in range(0, order, 2):
-                row, next_row = profiles[j, c, k], profiles[j, c, min(k + 1, order - 1)]
+                z = min(k + 1, order - 1)
+                row, next_row = profiles[j, c, k], profiles[j, c, z]
                 last = 1.0 if k + 1 < order else 0.0
-                a, b = mean[k], last * mean[min(k + 1, order - 1)]
+                a, b = moments[j, 0, k], last * moments[j, 0, z]
                 if not bent:
                     for i in range(rank):
                         one[i] += a * row[i] + b * next_row[i]
                     continue
-                p, q = by_place[k], last * by_place[min(k + 1, order - 1)]
-                r, s = by_width[k], last * by_width[min(k + 1, order - 1)]
+                p, q = moments[j, 1, k], last * moments[j, 1, z]
+                r, s = moments[j, 2, k], last * moments[j, 2, z]
                 for i in range(rank):
                     x, y = row[i], next_row[i]
                     one[i] += a * x + b * y
@@ -337,7 +338,7 @@ def _reduced(contacts, prior, known):
         if _is_linear(contacts, x):
             copied(known[rank + x, :rank], row)
         for z in range(x):
-            factor, other = root[x, z], cross[z]
+            factor, other = root[z, x], cross[z]
             for i in range(rank):
                 row[i] -= factor * other[i]
         for i in range(rank):
@@ -387,7 +388,7 @@ def _told(contacts, prior, reduced, slope, start, pulled, told):
         else:
             pulled[x] = 0.0
         for z in range(x):
-            pulled[x] -= root[x, z] * pulled[z]
+            pulled[x] -= root[z, x] * pulled[z]
         pulled[x] /= root[x, x]
         row = cross[x]
         for i in range(rank):
@@ -419,7 +420,7 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
     columns, point = np.empty((moving, count)), np.empty(count)
     beside, there = np.empty((moving, count)), np.empty(count)
     hessian, cone = np.empty((moving, moving)), np.empty((moving, moving))
-    lower, gradient, step = np.empty((moving, moving)), np.empty(moving), np.empty(moving)
+    root, gradient, step = np.empty((moving, moving)), np.empty(moving), np.empty(moving)
     # without products of unknowns the loss is quadratic, but for the cone
     bent = at.fields > at.place or len(contacts.influence) > 0 or len(contacts.curvature) > 0
     unknowns, trial, damping = start.copy(), start.copy(), 1e-2 if bent else 1e-8
@@ -442,8 +443,8 @@ def _walked(contacts, prior, reduced, told, held, about, start, heat, steps, tol
         add_cone(prior, at.loads, unknowns, heat, cone, gradient)
         better, reached = False, value
         while damping < 1e6:
-            if factorised(hessian, cone, damping, lower):
-                substituted(lower, gradient, step)
+            if factorised(hessian, cone, damping, root):
+                substituted(root, gradient, step)
                 for x in range(moving):
                     k = x if x < at.fields else at.modes + x - at.fields
                     trial[k] = unknowns[k] + step[x]
@@ -488,7 +489,7 @@ def _follow(contacts, reduced, before, pulled, start, unknowns):
     for x in range(linear - 1, -1, -1):
         pulled[x] /= root[x, x]
         for z in range(x):
-            pulled[z] -= root[x, z] * pulled[x]
+            pulled[z] -= root[z, x] * pulled[x]
         if _is_linear(contacts, x):
             unknowns[contacts.at.fields + x] = start[contacts.at.fields + x] - pulled[x]
 

@@ -33,6 +33,9 @@ FAINT_SHARE = 0.1
 SPARE = 2.0
 """How many times as much loss an explanation may leave as one without weight: few contacts
 outweigh many that leave less."""
+COUNTED = 1e-6
+"""Posterior weight from which an explanation counts: a thousandth of what a sure reading may lack,
+so that hundreds of those left out change nothing."""
 MOST_TOLD = float(-2 * np.log(1e-4))
 """Most loss that earlier frames add to an explanation: one that they speak for is wrong once in ten
 thousand for reasons that no frame shows."""
@@ -159,7 +162,7 @@ class Explanations:
         return self.chance(top) > chance
 
     def weighed(self, earlier: Sequence[NDArray[Any]] = ()) -> list[Weighed]:
-        """Explanations with their weights, the heaviest first.
+        """Explanations that count with their weights, the heaviest first.
 
         Parameters
         ----------
@@ -180,7 +183,8 @@ class Explanations:
             masses -= told_before(posterior, [top for top, _ in found], earlier) / 2
         weighed = [
             Weighed(top, posterior.covariance(top), posterior.phase(top), float(share))
-            for (top, about), share in zip(found, posterior_weights(masses), strict=True)
+            for (top, _), share in zip(found, posterior_weights(masses), strict=True)
+            if share >= COUNTED
         ]
         return sorted(weighed, key=lambda one: -one.weight)
 
