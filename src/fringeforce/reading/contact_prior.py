@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fringeforce.base.arrays import Mask
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel
 
@@ -23,6 +24,12 @@ FRICTION = 2.0
 """Largest tangential over normal force, if none is stated.  Without any, shear where hardly
 anything presses stands for contacts beside their tactels, or for a mirror image of the light; dry
 soft skins slide at about this much, and `YIELDING` leaves room for stickier ones."""
+UNSEEN = 0.8
+"""Share of the deviation of its normal force before a frame that is left after it, from which no
+light shows a contact: two thirds at most is left of those that the camera sees, however dense."""
+UNSEEN_PUSH = 10.0
+"""How many times as hard as others a contact may push that no light shows: the pace of the fringes
+tells nothing of it."""
 
 
 def contact_prior(model: FrameModel, push: float, friction: float) -> Prior:
@@ -44,6 +51,39 @@ def contact_prior(model: FrameModel, push: float, friction: float) -> Prior:
     absent = ~model.moments.any(axis=(2, 3)).ravel()
     precision[: at.loads][absent] = 1 / (ABSENT * push) ** 2
     return Prior(np.zeros(at.size), precision, friction, YIELDING * push)
+
+
+def unseen(prior: Prior, covariance: Array) -> Mask:
+    """Contacts that no light of a frame shows, shape (n,): masked, or beyond what a camera sees.
+
+    Parameters
+    ----------
+    prior : Prior
+        As of `contact_prior`.
+    covariance : ndarray, shape (2n, 2n)
+        Of the loads after the frame [N^2].
+    """
+    before = 1 / prior.precision[: len(covariance) : 2]
+    absent = before < before.max() / 2
+    return (np.diag(covariance)[::2] > UNSEEN**2 * before) & ~absent
+
+
+def unseen_words(contacts: Mask) -> str:
+    """What is said of a reading whose light does not show some tactels, shape (n,)."""
+    if contacts.all():
+        return "No light shows what acts on any tactel."
+    edges = np.flatnonzero(np.diff(contacts, prepend=False, append=False)).reshape(-1, 2)
+    numbers = [f"{a + 1}" if b == a + 1 else f"{a + 1} to {b}" for a, b in edges]
+    tactels = "tactel" if contacts.sum() == 1 else "tactels"
+    return f"No light shows what acts on {tactels} {', '.join(numbers)}; the others are read."
+
+
+def widened(prior: Prior, contacts: Mask) -> Prior:
+    """A prior under which some contacts, shape (n,), may push as hard as those that are unseen."""
+    loads = 2 * len(contacts)
+    precision = prior.precision.copy()
+    precision[:loads] /= np.where(np.repeat(contacts, 2), UNSEEN_PUSH**2, 1.0)
+    return prior._replace(precision=precision)
 
 
 def push_of(prior: Prior) -> float:

@@ -510,6 +510,8 @@ class SkinReader(StripFrames):
         """
         if status is None:
             status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
+        if (detail := self._unseen(best.posterior.frame)) and status.trusted:
+            status = Status.AMBIGUOUS
         result = SkinResult(self.skin, best, like)
         shape = self.forces_shape
         rivals = np.array([SkinResult(self.skin, one).forces for one in others or []])
@@ -520,6 +522,7 @@ class SkinReader(StripFrames):
             phase=partial(self._caused, best),
             chi2=best.top.square / max(best.top.count - best.posterior.model.at.loads, 1.0),
             status=status,
+            detail=detail,
             probability=probability,
             alternatives=rivals.reshape(-1, *shape),
             tracked=tracked,
@@ -528,6 +531,25 @@ class SkinReader(StripFrames):
             traction=partial(result.traction, self.model.sensor.transducer.width),
             std=result.std,
         )
+
+    def _unseen(self, frame: Array) -> str:
+        """What is said of a frame, of pixels or bins of them, if no light shows some of the skin.
+
+        Stresses reach as far along the clear layer as it is thick, beside what presses.
+        """
+        seen = np.isfinite(frame).reshape(len(self.uncertain.frame.bias), -1).any(axis=0)
+        first, last = self.model.pixel_positions[[0, -1]]
+        half, reach = self.skin.half, self.model.sensor.transducer.photoelastic.thickness
+        if seen.all() and first < reach - half and last > half - reach:
+            return ""
+        places = np.linspace(first, last, len(seen))[seen]
+        shown = np.concatenate([[-half - reach], places, [half + reach]])
+        dark = np.flatnonzero(np.diff(shown) > 2 * reach)
+        if not len(dark):
+            return ""
+        gaps = zip(shown[dark] + reach, shown[dark + 1] - reach, strict=True)
+        parts = " and ".join(f"from {1e3 * a:.2g} to {1e3 * b:.2g} mm" for a, b in gaps)
+        return f"No light shows what presses {parts}."
 
     def _caused(self, best: Explanation) -> Array:
         """Phase at the pixels that the contacts of an explanation cause, shape (n_pixels,) [rad].

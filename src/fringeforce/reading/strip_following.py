@@ -139,8 +139,9 @@ class StripFollower(Follower):
             loads, limited = within_friction_cone(loads, covariance, single.friction)
         top, others = Top(loads, 0.0, *followed.squares[0]), begun.alternatives
         return single.reading(
-            loads, covariance, top, begun.status, begun.probability, limited, others, True
-        )
+            loads, covariance, top, begun.status, begun.probability, limited, others, True,
+            begun.detail,
+        )  # fmt: skip
 
     def read_on(
         self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None

@@ -43,6 +43,9 @@ from fringeforce.reading.contact_prior import (
     SHEAR_RATIO,
     contact_prior,
     push_of,
+    unseen,
+    unseen_words,
+    widened,
 )
 from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.departure_test import HARMLESS, DepartureTest
@@ -529,6 +532,11 @@ class StripFrameReader(StripFrames):
     ) -> tuple[Reading, Located]:
         """The reading of explanations, and from where the next frame can be followed."""
         weighed = met.weighed(earlier)
+        dark = unseen(met.posterior.prior, weighed[0].covariance)
+        if dark.any():
+            posterior = met.posterior.under(widened(met.posterior.prior, dark))
+            met = Explanations(posterior, [posterior.settled(top.unknowns) for top in met.tops])
+            weighed, status = met.weighed(earlier), None
         if status is None and not self.beside and met.posterior.prior.friction > 0:
             met, weighed = _freed(met, weighed)
         posterior = met.posterior
@@ -573,6 +581,9 @@ class StripFrameReader(StripFrames):
         if status is None:
             sure = probability >= self.confidence and not detail
             status = Status.OK if sure else Status.AMBIGUOUS
+        if dark.any():
+            status = Status.AMBIGUOUS if dark.all() else status
+            detail = detail or unseen_words(dark)
         limited = np.zeros(count // 2, dtype=bool)
         if self.friction is not None:
             loads, limited = within_friction_cone(loads, covariance, self.friction)
