@@ -151,7 +151,7 @@ class SkinReader(StripFrames):
         reading, best = self._weighed(met, silent)
         if reading.ok and (said := self.departing(best)):
             return reading.departing(said), None
-        return reading, best if reading.trusted else None
+        return reading, best if reading.probability >= self.confidence else None
 
     def departing(self, one: Explanation) -> str:
         """What a frame shows of departures beside the contacts that explain it, in words.

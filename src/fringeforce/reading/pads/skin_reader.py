@@ -57,6 +57,7 @@ VAIN = 2
 may end beside the contacts, as of a long edge."""
 SAME_TOTAL = 5.0
 """Standard deviations of total force and centre up to which two explanations are one."""
+UNSEEN = "No light shows what presses on {share:.2g} % of the skin."
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +178,7 @@ class PadSkinReader(PadFrames):
         if silent and not any(
             nothing.left.loss - one.loss > _noise_makes(one.free) for one in good
         ):
-            return self._nothing(nothing.left.slope), None
+            return self._nothing(fit, nothing.left.slope), None
         if not good:
             best = min(met, key=lambda one: one.loss, default=None)
             status = classifier.refusal(fit.frame)
@@ -197,7 +198,7 @@ class PadSkinReader(PadFrames):
             float(weights[own].sum()),
             others=[one for one, mine in zip(good, own, strict=True) if not mine],
         )
-        return reading, best if reading.ok else None
+        return reading, best if reading.probability >= self.confidence else None
 
     def likeliest(self, levels: NDArray[Any], used: Mask) -> SkinOptimum | None:
         """The contacts that explain a checked frame best, if only roughly; none if none do."""
@@ -430,6 +431,8 @@ class PadSkinReader(PadFrames):
     ) -> Reading:
         if status is None:
             status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
+        if (detail := self._unseen(fit)) and status.trusted:
+            status = Status.AMBIGUOUS
         result = self._result(one)
         left = one.place.left.slope
         count = len(left) if fit.used is None else int(fit.used.sum())
@@ -440,6 +443,7 @@ class PadSkinReader(PadFrames):
             phase=partial(self._retardance, fit, one),
             chi2=float(left @ left) / max(count - one.taken(fit), 1),
             status=status,
+            detail=detail,
             probability=probability,
             alternatives=rivals.reshape(-1, *result.forces.shape),
             tracked=tracked,
@@ -454,15 +458,22 @@ class PadSkinReader(PadFrames):
         whole = 2 * self.skin.profile.sum(axis=0)
         return np.einsum("k,fkrc->frc", whole, one.place.modes).astype(float)
 
-    def _nothing(self, left: Array) -> Reading:
+    def _unseen(self, fit: SkinFit) -> str:
+        """What is said of a frame if no light shows some of the skin."""
+        unseen = self.classifier(self.usable(None) if fit.used is None else fit.used).unseen
+        return UNSEEN.format(share=1e2 * unseen.mean()) if unseen.any() else ""
+
+    def _nothing(self, fit: SkinFit, left: Array) -> Reading:
         forces, none = np.zeros(self.forces_shape), np.zeros((0, SIZE_OF))
         result = PadSkinResult(self.model.sensor, none, lambda: np.zeros((0, 0)))
+        detail = self._unseen(fit)
         return Reading.of(
             forces=forces,
             covariance=np.zeros((forces.size, forces.size)),
             phase=partial(self.model.retardance, forces),
             chi2=float(np.square(left).mean()),
-            status=Status.NO_CONTACT,
+            status=Status.AMBIGUOUS if detail else Status.NO_CONTACT,
+            detail=detail,
             total=result.total,
             traction=result.traction,
         )

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from fringeforce.estimation.hypotheses import CONFIDENCE
 from fringeforce.estimation.likelihood import Response, misfit
@@ -23,6 +24,7 @@ from fringeforce.estimation.residual_test import (
 )
 from fringeforce.models.pad import PadModel
 from fringeforce.models.strain_error import strain_deviation
+from fringeforce.reading.contact_prior import UNSEEN_PUSH, unseen_words
 from fringeforce.reading.pads.fit import Fit, Optimum
 from fringeforce.reading.pads.light import Curve
 from fringeforce.reading.pads.mirror_images import Verdict
@@ -116,6 +118,10 @@ class FrameClassifier:
             detail = doubt
         else:
             others = others[:0]
+        if self.unseen.any():
+            detail = " ".join([*filter(None, [detail]), unseen_words(self.unseen)])
+            if status is Status.NO_CONTACT:
+                status = Status.AMBIGUOUS if self.unseen.all() else Status.OK
         forces = verdict.forces.reshape(self._shape)
         return Reading.of(
             forces=forces,
@@ -130,11 +136,34 @@ class FrameClassifier:
         )
 
     def _widened(self, covariance: Callable[[], Array], forces: Array) -> Callable[[], Array]:
-        """A covariance with what large strain changes, where the design asks for it."""
-        if self.model.sensor.transducer.strain == "linear":
+        """A covariance with what large strain changes, where the design asks for it.
+
+        And as wide as forces may be that no light shows.
+        """
+        deviation, wider = np.zeros(forces.shape), np.ones(forces.size)
+        if self.unseen.any():
+            wider = np.repeat(np.where(self.unseen, UNSEEN_PUSH, 1.0), forces.shape[1])
+        elif self.model.sensor.transducer.strain == "linear":
             return covariance
-        deviation = strain_deviation(self.model.sensor, forces)
-        return lambda: covariance() + np.diag(np.square(deviation).ravel())
+        if self.model.sensor.transducer.strain != "linear":
+            deviation = strain_deviation(self.model.sensor, forces)
+        more = np.diag(np.square(deviation).ravel())
+        return lambda: wider[:, None] * covariance() * wider + more
+
+    @cached_property
+    def unseen(self) -> Mask:
+        """Tactels, or squares of a skin, that no light shows, shape (n,).
+
+        Stresses reach as far beside what presses as the clear layer is thick.
+        """
+        sensor, (rows, columns) = self.model.sensor, self.model.frame_shape[-2:]
+        x, y = sensor.pixel_positions
+        seen = np.ones((rows, columns), dtype=bool)
+        if self.used is not None:
+            seen = self.used.reshape(-1, rows, columns).any(axis=0)
+        pixels = np.stack(np.meshgrid(x, y), axis=-1)[seen]
+        distance, _ = KDTree(pixels).query(sensor.tactels.places)
+        return np.asarray(distance > sensor.transducer.photoelastic.thickness)
 
     def unexplained(
         self, levels: Array, optimum: Optimum, covariance: Callable[[], Array]
