@@ -488,3 +488,13 @@ def test_a_summary_says_how_well_a_contact_is_read(
     assert total is not None
     assert float(words.split()[0]) == pytest.approx(1e3 * total.force_std[0], rel=0.2)
     assert words.endswith("good, below the limit of 110 mN")
+
+
+def test_a_press_beside_the_skin_is_named() -> None:
+    model = ff.characterize(ff.load_sensor("skin"))
+    reading = ff.Reader(model).search(
+        model.expose([ff.Press(x=11e-3, normal=0.5, radius=3e-3)], rng=0)
+    )
+    assert reading.status is ff.Status.MODEL_MISMATCH
+    (said,) = reading.findings
+    assert said.startswith("A contact at 11 mm explains this frame, beside the skin, which ends at")

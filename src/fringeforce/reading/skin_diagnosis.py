@@ -2,7 +2,8 @@
 
 The frame is read again by readers that allow for one departure each, generously; the evidence of
 each weighs how well it explains the frame against how much it could explain.  A camera that is
-shifted does not show: contacts are then read beside where they are.
+shifted does not show: contacts are then read beside where they are.  Or something presses beside
+the skin, which a reader of a longer one finds.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ from fringeforce.models.departures import (
     VISIBILITY,
     drawn_value,
 )
+from fringeforce.models.skin import PLACE
+from fringeforce.models.strip import characterize
 from fringeforce.reading.findings import RIVAL, UNEXPLAINED, sentence
 from fringeforce.reading.skin_fit import Explanation
 from fringeforce.reading.skin_reader import SkinReader
@@ -36,6 +39,10 @@ from fringeforce.reading.skin_reader import SkinReader
 BRIGHTNESS = 2 * LAMP
 """Standard deviation of the amplitude, relative: twice that of strips, for the search takes light
 from the extremes of a frame, and not where these are far from what is expected."""
+BESIDE = (
+    "A contact at {place:.2g} mm explains this frame, beside the skin, which ends at {end:.3g} mm; "
+    "press nearer to the middle, or give the skin a larger extent."
+)
 
 
 @dataclass(frozen=True)
@@ -119,17 +126,47 @@ class SkinDiagnosis:
         used : ndarray of bool, shape (P,)
             Pixels that count.
         """
-        fits = self.fits(levels, used)
-        if not fits:
+        beside = self._beside(levels, used)
+        fits = self.fits(levels, used, explained=beside is not None)
+        found = [one.evidence for one in (beside, *fits) if one is not None]
+        if not found:
             return (UNEXPLAINED,)
-        named = [fit for fit in fits if fit.evidence > fits[0].evidence - RIVAL]
-        return (sentence(named, self.reader.model),)
+        said, least = list[str](), max(found) - RIVAL
+        if beside is not None and beside.evidence > least:
+            places = beside.contacts.geometry[:, PLACE]
+            place, end = places[np.abs(places).argmax()], self.reader.skin.half
+            said.append(BESIDE.format(place=1e3 * place, end=1e3 * np.copysign(end, place)))
+        if named := [fit for fit in fits if fit.evidence > least]:
+            said.append(sentence(named, self.reader.model))
+        return tuple(said)
 
-    def fits(self, levels: NDArray[Any], used: Mask) -> list[SkinFit]:
-        """Departures that explain a frame, the likeliest first."""
+    def _beside(self, levels: NDArray[Any], used: Mask) -> Explanation | None:
+        """What explains a frame with a contact beside the skin, if it can and nothing departs."""
+        one = None if self._longer is None else self._longer.likeliest(levels, used)
+        if one is None or np.abs(one.contacts.geometry[:, PLACE]).max() <= self.reader.skin.half:
+            return None
+        return one
+
+    @cached_property
+    def _longer(self) -> SkinReader | None:
+        """What reads a skin that goes on to the ends of the strip, but for a cover's thickness.
+
+        None if the skin does, or if the strip was calibrated, which tells nothing beside the skin.
+        """
+        model = self.reader.model
+        skin, transducer = model.sensor.skin, model.sensor.transducer
+        assert skin is not None
+        longest = transducer.length - 2 * transducer.compliant.thickness
+        if longest <= skin.extent or model.imaging is not None:
+            return None
+        longer = skin.model_copy(update={"extent": longest})
+        return replace(self.reader, model=characterize(model.sensor.replace(skin=longer)))
+
+    def fits(self, levels: NDArray[Any], used: Mask, explained: bool = False) -> list[SkinFit]:
+        """Departures that explain a frame, the likeliest first; some if something else does."""
         found, known = list[SkinFit](), None
         for departure, std, reader in self._allowing:
-            if known is not None and departure.path in LAYERS:
+            if (explained or known is not None) and departure.path in LAYERS:
                 break  # these take seconds to solve, and seldom explain what others do
             one = reader.likeliest(levels, used, known)
             if one is not None:

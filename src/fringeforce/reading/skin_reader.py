@@ -537,7 +537,8 @@ class SkinReader(StripFrames):
 
         Stresses reach as far along the clear layer as it is thick, beside what presses.
         """
-        seen = np.isfinite(frame).reshape(len(self.uncertain.frame.bias), -1).any(axis=0)
+        lines = np.isfinite(frame).reshape(len(self.uncertain.frame.bias), -1)
+        seen = np.asarray(lines.any(axis=0))
         first, last = self.model.pixel_positions[[0, -1]]
         half, reach = self.skin.half, self.model.sensor.transducer.photoelastic.thickness
         if seen.all() and first < reach - half and last > half - reach:
