@@ -163,12 +163,18 @@ def _updated_strip(
     if isinstance(known, BenchLoads | TimedLoads):
         return _under_presses(model, levels, known, drift, report)
     drifting = _drifting(model, drift)
-    state = DriftState(drifting, levels, known)
-    for number in range(ROUNDS):
-        report(f"Finding what drifted in {len(levels)} frames", number, ROUNDS)
-        if state.improve():
-            break
-    signed = True
+
+    def found(loads: Array | None) -> DriftState:
+        state = DriftState(drifting, levels, loads)
+        for number in range(ROUNDS):
+            report(f"Finding what drifted in {len(levels)} frames", number, ROUNDS)
+            if state.improve():
+                break
+        return state
+
+    state, signed = found(known), True
+    if state.silent.all():
+        unloaded, state = True, found(np.zeros((len(levels), 2 * model.sensor.tactels.count)))
     if unloaded:
         state, signed = of_likelier_sign(state)
     report("Done", ROUNDS, ROUNDS)

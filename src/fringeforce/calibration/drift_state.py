@@ -16,6 +16,7 @@ from fringeforce.estimation.posterior import HELD, Posterior, Top
 from fringeforce.estimation.residual_test import square_limit
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.contact_prior import push_of
+from fringeforce.reading.reading import Status
 from fringeforce.reading.strip_reader import StripFrameReader
 
 STRENGTHS = np.linspace(-3, 3, 25)
@@ -59,6 +60,7 @@ class DriftState:
         self.loss, self.near = np.inf, shared is not None
         self.best = np.inf, self.shared
         self.searches, self.read = SEARCHES, dict[int, tuple[Prior, Array]]()
+        self.silent = np.zeros(len(levels), dtype=bool)
 
     @property
     def model(self) -> SensorModel:
@@ -84,7 +86,7 @@ class DriftState:
         self.loss = rows.loss(self.shared)
         for number, frame in enumerate(self.levels):
             if self.loads is None and self.searches:
-                self.read[number] = self._searched(smooth, reader, frame)
+                self.read[number] = self._searched(smooth, reader, number, frame)
             posterior, top = self._found(reader, number, frame)
             readable = top.square <= square_limit(top.count)
             if self.near:
@@ -172,6 +174,8 @@ class DriftState:
         posterior = reader.posterior(posterior.frame, push_of(known))
         prior = posterior.prior._replace(friction=known.friction, yielding=known.yielding)
         posterior = reader.solved_at(posterior.under(prior), start[: posterior.model.at.loads])
+        # loads of frames that show none would be made up, and tell where the camera is
+        posterior = posterior.without() if self.silent[number] else posterior
         top = posterior.climbed(start, heats=())
         after = top.unknowns.copy()
         after[self.rows.where] = 0.0
@@ -179,14 +183,15 @@ class DriftState:
         return posterior, top
 
     def _searched(
-        self, smooth: StripFrameReader, reader: StripFrameReader, frame: Array
+        self, smooth: StripFrameReader, reader: StripFrameReader, number: int, frame: Array
     ) -> tuple[Prior, Array]:
         """Prior of a frame and unknowns that lead to what explains it best.
 
         Under residuals that are as smooth as the drawing says: rougher ones would stand for loads.
         """
         used = reader.usable_pixels
-        located = smooth.followed(frame, used, None)[1]
+        reading, located = smooth.followed(frame, used, None)
+        self.silent[number] = reading.status is Status.NO_CONTACT
         if located is not None:
             posterior, unknowns = located.posterior, located.top.unknowns
         else:
