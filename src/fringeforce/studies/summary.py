@@ -23,6 +23,7 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.optics.camera import least_phase
 from fringeforce.optics.photoelasticity import stress_optic_constant
 from fringeforce.reading.reader import Reader
+from fringeforce.reading.reading import Status
 
 PLACES = {"camera scale": None}
 NYQUIST = 0.5
@@ -100,6 +101,7 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
             + f": {_judged(min(peaks.values()), told, unit=' rad', least=True)} (noise of a pixel)",
         ),
         *_told_apart(model),
+        ("a frame without lamp", _without_lamp(model)),
         (
             "fringe density at 1 N, 10 degrees on all",
             f"{density:.3g} fringes per pixel: {_judged(density, NYQUIST)} (Nyquist), reached at "
@@ -108,6 +110,18 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
         *([] if given else [_strain(model)]),
         ("solved by", provenance_words(model)),
     ]
+
+
+def _without_lamp(model: SensorModel) -> str:
+    """What is read of a frame without any light but what fringes do not modulate."""
+    dark = np.zeros(model.sensor.camera.pixels)
+    status = Reader(model).search(model.delivered(dark, rng=0, light=dark)).status
+    if status is Status.NO_CONTACT:
+        return (
+            "reads as NO_CONTACT, for fields are dark without load: bad where nobody sees the "
+            "lamp; a second of [[polariscope.channels]], with another bias, tells"
+        )
+    return f"good, refused as {status.name}"
 
 
 def _channels(sensor: Sensor) -> list[tuple[str, str]]:
