@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite, prod
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fringeforce.base.arrays import Index
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.hypotheses import CONFIDENCE
 from fringeforce.reading.batch import Batch, Progress, grey_levels
@@ -90,6 +92,16 @@ class FrameReader(ABC):
     @abstractmethod
     def trial(self, share: float, rng: np.random.Generator) -> NDArray[Any]:
         """A frame of a share of the loads that take a reader through all that it compiles."""
+
+    @abstractmethod
+    def turned(self, pixels: Index) -> Iterator[tuple[str, Index]]:
+        """Other ways in which a camera may look at the sensor, in words, and what it then sees.
+
+        Parameters
+        ----------
+        pixels : ndarray of int, shape (channels, P) or (channels, rows, columns)
+            Numbers of the pixels of a frame.
+        """
 
     def creep_filter(self, history: float) -> CreepFilter | None:
         """What takes creep out of readings in a row, of a strip that creeps.

@@ -20,6 +20,8 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.batch import Batch, checked_recording
 from fringeforce.reading.diagnosis import Diagnosis
+from fringeforce.reading.findings import UNEXPLAINED
+from fringeforce.reading.frame_order import fitting_order, turned, with_other_channels
 from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.pads.diagnosis import PadSkinDiagnosis, PadSquaresDiagnosis
 from fringeforce.reading.pads.following import PadFollower
@@ -306,8 +308,22 @@ class Reader:
             return reading
         return reading.with_findings(lambda: self._diagnosis(levels, used))
 
+    def _diagnosis(self, levels: NDArray, used: NDArray[np.bool_]) -> tuple[str, ...]:
+        """What departs from the design, or in which other order a frame would fit.
+
+        Departures take longest, but on a skin, of which a search in vain does.
+        """
+        single, of_skin = self._single, self.model.sensor.skin is not None
+        if not of_skin and (found := fitting_order(single, levels, used, turned(single))):
+            return found
+        found = self._departures(levels, used)
+        if found != (UNEXPLAINED,):
+            return found
+        orders = [*with_other_channels(single), *(turned(single) if of_skin else ())]
+        return fitting_order(single, levels, used, orders) or found
+
     @cached_property
-    def _diagnosis(self) -> Findings:
+    def _departures(self) -> Findings:
         return self._diagnoses(self._single)
 
     def stream(

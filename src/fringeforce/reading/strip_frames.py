@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bounds import bounds_of
@@ -79,6 +80,12 @@ class StripFrames(FrameReader):
         seen = (np.abs(x) > half) | (np.abs(x) + FOLLOWED_STDS * apart <= half)
         whole = np.ones(model.frame_shape, bool) & seen
         return whole.ravel() if model.imaging is None else whole.ravel() & model.imaging.usable
+
+    def turned(self, pixels: Index) -> Iterator[tuple[str, Index]]:
+        """End for end, where that is not as well of other forces."""
+        x = self.model.pixel_positions
+        if self.model.imaging is not None or (x + x[::-1]).any():
+            yield "it is turned end for end", pixels[:, ::-1]
 
     def phase(self, forces: Array) -> Array:
         """Phase lead that forces cause, to second order, shape (n_pixels,) [rad]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.pad import PadModel
@@ -45,6 +46,14 @@ class PadFrames(FrameReader):
     def phase(self, forces: Array) -> Array:
         """Retardance over both passes, shape (2, rows, columns) [rad]."""
         return self.model.retardance(forces)
+
+    def turned(self, pixels: Index) -> Iterator[tuple[str, Index]]:
+        """Mirrored, and turned by the angles that keep the shape of a frame."""
+        yield "it is mirrored, left to right", pixels[:, :, ::-1]
+        yield "it is mirrored, top to bottom", pixels[:, ::-1]
+        _, rows, columns = pixels.shape
+        for quarters in (2, 1, 3) if rows == columns else (2,):
+            yield f"it is turned by {90 * quarters} degrees", np.rot90(pixels, quarters, (1, 2))
 
     def trial(self, share: float, rng: np.random.Generator) -> NDArray[Any]:
         """A frame of a share of a newton on the tactel in the middle."""
