@@ -41,3 +41,16 @@ def test_a_skin_is_not_read_as_whole_where_a_part_is_hidden(small_skin: PadModel
     assert reading.total is not None
     assert abs(reading.total.force[0] - 1.0) < 0.1
     assert reader.search(frames[1]).detail == ""
+
+
+@pytest.mark.parametrize("share", [0.6, 0.8])
+def test_squares_that_are_hidden_take_nothing_from_the_residuals(
+    model: PadModel, share: float
+) -> None:
+    """Reduced chi-squares of frames of noise are one, and not too large for the verdict."""
+    mask = np.zeros(model.frame_shape, bool)
+    mask[..., : int(share * model.frame_shape[-1])] = True
+    reader, nothing = ff.Reader(model), np.zeros((20, 3))
+    readings = [reader.search(model.expose(nothing, rng=k), mask=mask) for k in range(6)]
+    assert all(reading.ok for reading in readings)
+    assert abs(np.mean([reading.chi2 for reading in readings]) - 1) < 0.02

@@ -68,7 +68,7 @@ class FrameClassifier:
 
     def explained(self, optimum: Optimum) -> bool:
         """Whether forces leave nothing but noise."""
-        return self.noise(optimum.misfit.slope, len(optimum.forces))
+        return self.noise(optimum.misfit.slope, self.loads)
 
     def noise(self, slope: Array, unknowns: int, chance: float = FALSE_ALARM) -> bool:
         """Whether residuals of all pixels, shape (channels * P,), look like noise."""
@@ -150,6 +150,11 @@ class FrameClassifier:
         more = np.diag(np.square(deviation).ravel())
         return lambda: wider[:, None] * covariance() * wider + more
 
+    @property
+    def loads(self) -> int:
+        """Forces that a fit takes from frames: what no light shows takes nothing."""
+        return 3 * int(np.count_nonzero(~self.unseen))
+
     @cached_property
     def unseen(self) -> Mask:
         """Tactels, or squares of a skin, that no light shows, shape (n,).
@@ -181,7 +186,7 @@ class FrameClassifier:
 
     def chi2(self, optimum: Optimum) -> float:
         """Reduced chi-square of what an explanation leaves."""
-        return self.reduced(optimum.misfit.slope, len(optimum.forces))
+        return self.reduced(optimum.misfit.slope, self.loads)
 
     def reduced(self, slope: Array, unknowns: int) -> float:
         """The same of residuals of all pixels, shape (channels * P,)."""
