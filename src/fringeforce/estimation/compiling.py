@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from functools import cache
 from hashlib import sha256
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -35,13 +36,40 @@ class _Results(CompileResultCacheImpl):
 
     Numba forgets, of one that was loaded, what must be at its symbol before it runs; a caller that
     takes it in and is kept itself would then jump to nothing in the next process.
+
+    Beside what runs it keeps the bitcode that such a caller takes in, which most processes never
+    need: it is read when the first one asks for it.
     """
+
+    door = True
+    """Whether Python can call the function."""
 
     def rebuild(self, target_context: Any, payload: Any) -> Any:
         """The function, from what was kept."""
+        (name, kind, (code, bitcode)), described, *others = payload
+        known = target_context.codegen()._engine._defined_symbols
+        known.add(described.llvm_func_name)
+        if self.door:
+            known.add(described.llvm_cpython_wrapper_name)
+        payload = ((name, kind, (code, _nothing())), described, *others)
         found = super().rebuild(target_context, payload)
         found.library._reload_init.update(found.reload_init or ())
+
+        @cache
+        def taken_in() -> Any:
+            module = llvm.parse_bitcode(bitcode)
+            for there in (module.functions, module.global_variables):
+                known.update(one.name for one in there if not one.is_declaration)
+            return module
+
+        found.library._get_module_for_linking = taken_in
         return found
+
+
+@cache
+def _nothing() -> bytes:
+    """Bitcode without anything in it."""
+    return llvm.parse_assembly("").as_bitcode()
 
 
 class _Cache(FunctionCache):
@@ -55,6 +83,7 @@ def _compiler(**how: Any) -> Callable[[Callable[..., Any]], Any]:
         found = njit(error_model="numpy", **how)(function)
         if not config.DISABLE_JIT:  # pyrefly: ignore[missing-attribute]
             found._cache = _Cache(found.py_func)
+            found._cache._impl.door = not how.get("no_cpython_wrapper", False)
         return found
 
     return compiled
