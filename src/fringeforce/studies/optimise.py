@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import differential_evolution
-from scipy.stats import qmc
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
@@ -134,6 +133,8 @@ def _first_generation(dimensions: int, crowd: int, rng: np.random.Generator) -> 
     corners = np.array(list(product((0.0, 1.0), repeat=dimensions)))
     if len(corners) > crowd / 2:
         corners = corners[:0]
+    from scipy.stats import qmc  # as in `sampling`
+
     inner = qmc.LatinHypercube(dimensions, rng=rng).random(crowd - len(corners))
     return np.concatenate([corners, inner])
 

@@ -6,7 +6,6 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
@@ -134,6 +133,8 @@ def designs(
             raise InputError(f"A grid of {count:,} designs; take fewer points, or a hypercube.")
         paths = [one.path for one in axes]
         return [dict(zip(paths, values, strict=True)) for values in itertools.product(*levels)]
+    from scipy.stats import qmc  # takes a quarter of a second, which workers of a sweep do without
+
     rng = np.random.default_rng(seed)
     if sampling.method == "sobol":
         # a power of two keeps the sequence balanced; what is asked for is its beginning
