@@ -162,7 +162,7 @@ def test_an_interrupt_in_a_callback_is_not_lost() -> None:
 
 
 HANDED_OVER = """
-import signal, threading
+import signal, sys, threading
 from typing import NamedTuple
 
 import numba
@@ -186,7 +186,8 @@ def run(**_):
         loop(1.0)
 
 loop(1.0)
-cli.app = run
+cli.app, cli.AGAIN_AFTER = run, 0.002
+sys.setswitchinterval(0.0005)  # it comes again as often, in a fifth of the time
 for _ in range(20):  # more than half of the time is spent on named tuples
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
