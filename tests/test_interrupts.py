@@ -35,14 +35,6 @@ def sweeping(folder: Path, **environment: str) -> subprocess.Popen[str]:
     return run
 
 
-def interrupted(folder: Path, *arguments: str, after: float) -> tuple[int, str]:
-    """Status and last words of a command that gets Ctrl-C with all of its processes."""
-    limits = "--preserve-status", "--signal=INT", "--kill-after=60", str(after)
-    command = ["timeout", *limits, sys.executable, "-c", COMMAND, *arguments]
-    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    return run.returncode, run.stderr
-
-
 def test_a_sweep_ends_with_its_processes(tmp_path: Path) -> None:
     run = sweeping(tmp_path)
     try:
@@ -71,6 +63,21 @@ def test_a_second_interrupt_neither_breaks_off_the_end_nor_waits(tmp_path: Path)
     assert not list(tmp_path.glob(".*"))
 
 
+DESCENDING = """
+from fringeforce.calibration.bench_search import BenchSearch
+from fringeforce.cli import main
+
+descend = BenchSearch.descend
+
+def told(*given):
+    print("descending", flush=True)
+    return descend(*given)
+
+BenchSearch.descend = told
+main()
+"""
+
+
 def test_a_calibration_leaves_no_file(model: ff.SensorModel, tmp_path: Path) -> None:
     loads = np.random.default_rng(0).uniform(0.1, 1.5, (40, 11, 2)) * [1.0, 0.2]
     np.save(tmp_path / "frames.npy", model.expose(loads, rng=0))
@@ -79,8 +86,18 @@ def test_a_calibration_leaves_no_file(model: ff.SensorModel, tmp_path: Path) -> 
     (tmp_path / "loads.csv").write_text("\n".join([header, *rows]), encoding="utf-8")
     before = {path.name for path in tmp_path.iterdir()}
     given = "--frames", "frames.npy", "--loads", "loads.csv", "-o", "new.h5"
-    status, said = interrupted(tmp_path, "calibrate", "saad", *given, after=4.0)
-    assert status == 130
+    run = subprocess.Popen(
+        [sys.executable, "-c", DESCENDING, "calibrate", "saad", *given],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert run.stdout is not None
+    assert run.stdout.readline() == "descending\n"
+    run.send_signal(signal.SIGINT)
+    _, said = run.communicate(timeout=60.0)
+    assert run.returncode == 130
     assert "Traceback" not in said
     assert {path.name for path in tmp_path.iterdir()} == before
 
