@@ -46,6 +46,7 @@ nitpick_ignore_regex = [(r"py:.*", r"(?!fringeforce\.).*|.*\._.*")]
 toc_object_entries = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # docstrings state types, with shapes and units
+autodoc_use_type_comments = False  # there are none, and looking for them parses every function
 autodoc_preserve_defaults = True
 napoleon_google_docstring = False
 napoleon_use_ivar = True
