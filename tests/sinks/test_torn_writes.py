@@ -11,8 +11,9 @@ import pytest
 import fringeforce as ff
 from conftest import make_readings
 from fringeforce.acquisition.sinks import hdf5
-from fringeforce.base.unclosed_files import UnclosedFile
-from fringeforce.io.frames import load_frames, load_times
+from fringeforce.base.storage import existing_file
+from fringeforce.io.frames import KINDS, load_frames, load_times
+from fringeforce.io.row_checksums import read_rows
 
 pytestmark = pytest.mark.slow
 
@@ -74,20 +75,25 @@ def test_what_was_acknowledged_is_read_wherever_a_write_ended(
         disk.acknowledged += size
     sink.close()
     expected = make_readings(0, disk.acknowledged)
-    path, states = tmp_path / "killed.h5", 0
+    path, states, latest = tmp_path / "killed.h5", 0, 0
     for acknowledged in disk.after_kills(path):
         if not acknowledged:
             continue
-        found = load_frames(path)[:acknowledged]
-        np.testing.assert_array_equal(found, expected.lines[:acknowledged])
-        times = load_times(path)
-        assert times is not None
-        np.testing.assert_array_equal(times[:acknowledged], expected.timestamps[:acknowledged])
-        with UnclosedFile(path) as file, h5py.File(file, "r") as recording:
+        # what `load_frames` and `load_times` do, with the file opened once
+        with existing_file(path, *KINDS) as recording:
+            assert "y" not in recording
+            found = read_rows(recording, "grey", path), read_rows(recording, "time", path)
             for name in ("forces", "std", "chi2"):
                 np.testing.assert_array_equal(
                     recording[name][:acknowledged], getattr(expected, name)[:acknowledged]
                 )
+        if acknowledged > latest:
+            times, latest = load_times(path), acknowledged
+            assert times is not None
+            np.testing.assert_array_equal(times, found[1])
+            np.testing.assert_array_equal(load_frames(path), found[0])
+        for rows, wanted in zip(found, (expected.lines, expected.timestamps), strict=True):
+            np.testing.assert_array_equal(rows[:acknowledged], wanted[:acknowledged])
         states += 1
     # for each block the rows of nine columns and more are written, and then their lengths
     assert states >= 18 * len(sizes)
