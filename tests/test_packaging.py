@@ -108,11 +108,19 @@ def test_the_source_distribution_holds_what_a_wheel_is_made_of(shipped: Path) ->
     assert not [name for name in names if "node_modules" in name or name.startswith("docs/_")]
 
 
-def test_the_paper_is_reproduced_from_the_wheel(installed: Path, tmp_path: Path) -> None:
-    _run(
-        installed / "fringeforce", "reproduce", "saad", "--out", "demo", cwd=tmp_path, env=_clean()
-    )
-    assert (tmp_path / "demo" / "report.html").stat().st_size > 100_000
+def test_the_wheel_holds_all_that_the_sources_hold(installed: Path) -> None:
+    """Templates, pages and tables as well: what the sources do, tests/test_report.py among them."""
+    (packages,) = (installed.parent / "lib").glob("python3*/site-packages")
+    places = {"src/fringeforce": "", "designs": "designs"}
+    kept = {
+        Path("fringeforce") / home / path.relative_to(ROOT / folder): path
+        for folder, home in places.items()
+        for path in (ROOT / folder).rglob("*")
+        if path.is_file()
+    }
+    kept = {own: path for own, path in kept.items() if not {"__pycache__", "web"} & set(own.parts)}
+    assert {path.suffix for path in kept} >= {".py", ".html", ".js", ".css", ".toml", ".typed"}
+    assert all((packages / own).read_bytes() == path.read_bytes() for own, path in kept.items())
 
 
 def test_forces_are_read_with_the_wheel(installed: Path, tmp_path: Path) -> None:

@@ -2,18 +2,22 @@
 
 import html
 import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 from docutils.utils.math.latex2mathml import tex2mathml
 from PIL import Image
 
+import commands
 import fringeforce as ff
+from fringeforce.cli import paper
 from fringeforce.optics.colour import light_colour
 from fringeforce.reproduction.example import PaperExample, rectangle_rule
 from fringeforce.reproduction.figures import EQUATIONS, FIGURES
-from fringeforce.reproduction.report import reproduce
 
 pytestmark = pytest.mark.slow
 
@@ -23,14 +27,22 @@ NAME = "<script>alert(1)</script>"
 
 @pytest.fixture(scope="module")
 def page(sensor: ff.Sensor, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The page of the paper's sensor, which somebody has named to do harm."""
-    seen, folder = [], tmp_path_factory.mktemp("demo")
-    page = reproduce(sensor.replace(name=NAME), folder, lambda *step: seen.append(step))
+    """The page of the paper's sensor, which somebody has named to do harm, by its command."""
+    seen, folder = list[tuple[str, int, int]](), tmp_path_factory.mktemp("demo")
+    (folder / "named.toml").write_text(sensor.replace(name=NAME).to_toml(), encoding="utf-8")
+
+    @contextmanager
+    def bar(title: str, width: int) -> Iterator[Callable[[str, int, int], None]]:
+        yield lambda title, done, expected: seen.append((title, done, expected))
+
+    with patch.object(paper, "progress_bar", bar):
+        said = commands.run("reproduce", "named.toml", "--out", "made", cwd=folder)
+    assert said == (0, "Open made/report.html in a browser.\n", "")
     titles, done, expected = zip(*seen, strict=True)
     assert list(done) == list(range(expected[0] + 1))
     assert set(expected) == {done[-1]}
     assert {title for _, _, _, title, _ in FIGURES} < set(titles)
-    return page
+    return folder / "made" / "report.html"
 
 
 def test_every_figure_is_a_picture_with_ink_on_it(page: Path) -> None:
