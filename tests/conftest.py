@@ -13,6 +13,7 @@ from hypothesis import settings
 
 import fringeforce as ff
 import prepared
+import turns
 
 # a busy machine may take long over an example without being wrong
 settings.register_profile("patient", deadline=None)
@@ -36,6 +37,12 @@ def pytest_collection() -> Generator[None, object, object]:
     gc.freeze()
     gc.enable()
     return result
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Workers take long turns, of which there are more than cores."""
+    if hasattr(config, "workerinput"):
+        turns.take_long_turns()
 
 
 preparing: list[subprocess.Popen[bytes]] = []
