@@ -454,8 +454,12 @@ class BenchSearch(ABC):
 
     def _likelier(self, *states: State) -> State:
         """The most probable of some states, with what scatters as found."""
-        posterior = self.posterior(self.shares, 1.0)
-        within = [posterior.within(state) for state in states]
+        posterior, here = self.posterior(self.shares, 1.0), self.state.shared
+        near = [here + self.allowed(here, state.shared - here) for state in states]
+        within = [
+            posterior.within(replace(state, shared=shared))
+            for state, shared in zip(states, near, strict=True)
+        ]
         losses = [posterior.loss(one, posterior.models(one.shared))[0] for one in within]
         return within[int(np.argmin(losses))]
 
