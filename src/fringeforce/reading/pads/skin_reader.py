@@ -57,7 +57,7 @@ VAIN = 2
 may end beside the contacts, as of a long edge."""
 SAME_TOTAL = 5.0
 """Standard deviations of total force and centre up to which two explanations are one."""
-UNSEEN = "No light shows what presses on {share:.2g} % of the skin."
+UNSEEN_PART = "No light shows what presses on {share:.2g} % of the skin."
 
 
 @dataclass(frozen=True, eq=False)
@@ -461,7 +461,7 @@ class PadSkinReader(PadFrames):
     def _unseen(self, fit: SkinFit) -> str:
         """What is said of a frame if no light shows some of the skin."""
         unseen = self.classifier(self.usable(None) if fit.used is None else fit.used).unseen
-        return UNSEEN.format(share=1e2 * unseen.mean()) if unseen.any() else ""
+        return UNSEEN_PART.format(share=1e2 * unseen.mean()) if unseen.any() else ""
 
     def _nothing(self, fit: SkinFit, left: Array) -> Reading:
         forces, none = np.zeros(self.forces_shape), np.zeros((0, SIZE_OF))
