@@ -157,9 +157,8 @@ def read(
     for status, reading in {reading.status: reading for reading in readings}.items():
         if status.name != "OK":
             print(f"  {reason(reading)}")
-    for detail in dict.fromkeys(one.detail for one in readings if one.status.name == "OK"):
-        if detail:
-            print(f"  {detail}")
+    for detail in dict.fromkeys(one.detail for one in readings if one.ok and one.detail):
+        print(f"  {detail}")
     for finding in _findings(readings):
         print(f"  {finding}")
     if not any(reading.status.usable for reading in readings):

@@ -79,7 +79,7 @@ def unseen_words(contacts: Mask) -> str:
 
 
 def widened(prior: Prior, contacts: Mask) -> Prior:
-    """A prior under which some contacts, shape (n,), may push as hard as those that are unseen."""
+    """The prior, with some contacts, shape (n,), that may push `UNSEEN_PUSH` times as hard."""
     loads = 2 * len(contacts)
     precision = prior.precision.copy()
     precision[:loads] /= np.where(np.repeat(contacts, 2), UNSEEN_PUSH**2, 1.0)

@@ -74,7 +74,7 @@ def summary(model: SensorModel | PadModel) -> list[tuple[str, str]]:
 
 
 def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
-    sensor = model.sensor
+    sensor, reader = model.sensor, Reader(model)
     strip, camera = sensor.transducer, sensor.camera
     peaks = _named(np.abs(model.pixel_influence).max(axis=(0, 1)))
     density = fringe_density(model)
@@ -100,8 +100,8 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
             ", ".join(f"{peak:.3g} rad {name}" for name, peak in peaks.items())
             + f": {_judged(min(peaks.values()), told, unit=' rad', least=True)} (noise of a pixel)",
         ),
-        *_told_apart(model),
-        ("a frame without lamp", _without_lamp(model)),
+        *_told_apart(model, reader),
+        ("a frame without lamp", _without_lamp(model, reader)),
         (
             "fringe density at 1 N, 10 degrees on all",
             f"{density:.3g} fringes per pixel: {_judged(density, NYQUIST)} (Nyquist), reached at "
@@ -112,10 +112,10 @@ def _strip_summary(model: SensorModel) -> list[tuple[str, str]]:
     ]
 
 
-def _without_lamp(model: SensorModel) -> str:
+def _without_lamp(model: SensorModel, reader: Reader) -> str:
     """What is read of a frame without any light but what fringes do not modulate."""
     dark = np.zeros(model.sensor.camera.pixels)
-    status = Reader(model).search(model.delivered(dark, rng=0, light=dark)).status
+    status = reader.search(model.delivered(dark, rng=0, light=dark)).status
     if status is Status.NO_CONTACT:
         return (
             "reads as NO_CONTACT, for fields are dark without load: bad where nobody sees the "
@@ -150,7 +150,7 @@ def _places(sensor: Sensor) -> tuple[str, str]:
     return "skin", f"{_mm(sensor.skin.extent)} long, contacts anywhere by lines, {places}"
 
 
-def _told_apart(model: SensorModel) -> list[tuple[str, str]]:
+def _told_apart(model: SensorModel, reader: Reader) -> list[tuple[str, str]]:
     """How well one frame tells forces on tactels, or a contact on a skin."""
     sensor = model.sensor
     if sensor.skin is not None:
@@ -158,10 +158,10 @@ def _told_apart(model: SensorModel) -> list[tuple[str, str]]:
         width = cover.thickness
         area = width * sensor.transducer.width
         press = Press(x=0.0, normal=LINEAR * cover.youngs_modulus * area, width=width)
-        return [_contact(model, press)]
+        return [_contact(reader, press)]
     columns = model.pixel_influence.reshape(sensor.camera.pixels, -1)
     condition = np.linalg.cond(columns[:, np.abs(columns).max(axis=0) > 0])
-    std = _named(Reader(model).bound(paper_load(sensor.tactels.count)).max(axis=0))
+    std = _named(reader.bound(paper_load(sensor.tactels.count)).max(axis=0))
     words = ", ".join(f"{1e3 * one:.3g} mN {name}" for name, one in std.items())
     return [
         (
@@ -214,12 +214,12 @@ def _deviations(model: PadModel) -> tuple[str, str]:
             f"{_judged(std.max(), TOLD, 1e3, ' mN')}"
         )
     press = Press(x=0.0, y=0.0, normal=1.0, width=SQUARES * pad.transducer.compliant.thickness)
-    return _contact(model, press)
+    return _contact(reader, press)
 
 
-def _contact(model: SensorModel | PadModel, press: Press) -> tuple[str, str]:
+def _contact(reader: Reader, press: Press) -> tuple[str, str]:
     """Deviations of one contact."""
-    total = Reader(model).read(model.expose([press], rng=0)).total
+    total = reader.search(reader.model.expose([press], rng=0)).total
     name = f"standard deviation of a contact of {press.normal:.2g} N, one frame"
     if total is None:
         return name, "bad, such a contact is not read"

@@ -119,7 +119,7 @@ class FrameClassifier:
         else:
             others = others[:0]
         if self.unseen.any():
-            detail = " ".join([*filter(None, [detail]), unseen_words(self.unseen)])
+            detail = f"{detail} {unseen_words(self.unseen)}".strip()
             if status is Status.NO_CONTACT:
                 status = Status.AMBIGUOUS if self.unseen.all() else Status.OK
         forces = verdict.forces.reshape(self._shape)
@@ -140,13 +140,12 @@ class FrameClassifier:
 
         And as wide as forces may be that no light shows.
         """
-        deviation, wider = np.zeros(forces.shape), np.ones(forces.size)
-        if self.unseen.any():
-            wider = np.repeat(np.where(self.unseen, UNSEEN_PUSH, 1.0), forces.shape[1])
-        elif self.model.sensor.transducer.strain == "linear":
+        sensor, unseen = self.model.sensor, self.unseen
+        large = sensor.transducer.strain != "linear"
+        if not (large or unseen.any()):
             return covariance
-        if self.model.sensor.transducer.strain != "linear":
-            deviation = strain_deviation(self.model.sensor, forces)
+        wider = np.repeat(np.where(unseen, UNSEEN_PUSH, 1.0), forces.shape[1])
+        deviation = strain_deviation(sensor, forces) if large else np.zeros(forces.shape)
         more = np.diag(np.square(deviation).ravel())
         return lambda: wider[:, None] * covariance() * wider + more
 
