@@ -31,10 +31,14 @@ atexit.register(gc.freeze)
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Look for garbage only in what tests make: what is imported and collected lasts to the end."""
+    """Look for garbage only in what tests make: what is imported and collected lasts to the end.
+
+    And look seldom: most of what tests make goes by itself.
+    """
     gc.disable()
     result = yield
     gc.freeze()
+    gc.set_threshold(20_000, 20, 50)
     gc.enable()
     return result
 

@@ -32,7 +32,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(loop, "read_block", _nothing_read)
 
 
-def _nothing_read(reader: ff.Reader, block: Block, _: float | None = None) -> Readings:
+def _nothing_read(reader: ff.Reader, block: Block, *_: object) -> Readings:
     k = len(block.lines)
     forces = np.zeros((k, 11, 2))
     status = (ff.Status.OK,) * k
@@ -77,7 +77,7 @@ def test_a_patient_camera_loses_nothing_to_a_slow_sink(reader: ff.Reader) -> Non
 def test_a_slow_reader_drops_whole_blocks_and_counts_them(
     reader: ff.Reader, model: ff.SensorModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def slow(reader: ff.Reader, block: Block, _: float | None = None) -> Readings:
+    def slow(reader: ff.Reader, block: Block, *_: object) -> Readings:
         time.sleep(0.02)
         return _nothing_read(reader, block)
 
@@ -102,7 +102,7 @@ def test_what_a_slow_reader_reads_comes_in_runs_of_whole_queues(
     held, ended = threading.Event(), threading.Event()
     firsts: list[int] = []
 
-    def slow(reader: ff.Reader, block: Block, _: float | None = None) -> Readings:
+    def slow(reader: ff.Reader, block: Block, *_: object) -> Readings:
         firsts.append(block.first)
         held.set()
         assert ended.wait(60)

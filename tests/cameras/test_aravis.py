@@ -81,7 +81,7 @@ def test_reading_goes_on_when_the_camera_was_gone(
 
     whole = loop.read_block
 
-    def first_line(reader: ff.Reader, block: Block, _: float | None = None) -> Readings:
+    def first_line(reader: ff.Reader, block: Block, *_: object) -> Readings:
         return whole(reader, Block(block.lines[:1], block.timestamps[:1], 0, block.first))
 
     monkeypatch.setattr(loop, "read_block", first_line)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fringeforce.acquisition.camera_thread import CameraThread
 from fringeforce.acquisition.cameras.camera import Block, Camera
@@ -39,6 +40,7 @@ def live(
     report: Report | None = None,
     every: float = 0.1,
     queue: int | None = None,
+    mask: ArrayLike | None = None,
     temperature: float | Callable[[], float] | None = None,
 ) -> Statistics:
     """Read a camera's lines, or images, until it ends, the time is over, or someone stops it.
@@ -68,6 +70,8 @@ def live(
     queue : int, optional
         Blocks that wait for the reader, and for every sink; 32 if not given.  Of a
         pad's images only the newest waits for the reader then.
+    mask : array_like of bool, shape of a frame, optional
+        Pixels to leave out of all frames, where true.
     temperature : float or callable, optional
         Of the photoelastic layer [K], or what tells it, as of a thermometer; asked before each
         block, in the thread of the caller.
@@ -83,8 +87,8 @@ def live(
     CameraLost
         If there is no camera to begin with.
     FringeforceError
-        If the camera cannot be set as asked, or a pad's images cannot be read without an earlier
-        state.
+        If the camera cannot be set as asked, if the mask does not fit the sensor, or a pad's
+        images cannot be read without an earlier state.
 
     Examples
     --------
@@ -116,7 +120,7 @@ def live(
             if block is not None:
                 began = time.monotonic()
                 warm = temperature() if callable(temperature) else temperature
-                last = read_block(reader, block, warm)
+                last = read_block(reader, block, warm, mask)
                 together = 1 if images or time.monotonic() - began > SLOW else TOGETHER
                 counts.read(last)
                 for sink_thread in sink_threads:
@@ -130,9 +134,14 @@ def live(
     return statistics
 
 
-def read_block(reader: Reader, block: Block, temperature: float | None = None) -> Readings:
+def read_block(
+    reader: Reader,
+    block: Block,
+    temperature: float | None = None,
+    mask: ArrayLike | None = None,
+) -> Readings:
     """Read all lines or images of a block, as those that follow what the reader read last."""
-    found = reader.read_on(block.lines, times=block.timestamps, temperatures=temperature)
+    found = reader.read_on(block.lines, mask=mask, times=block.timestamps, temperatures=temperature)
     return Readings(
         first=block.first,
         timestamps=block.timestamps,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -63,6 +64,15 @@ Tolerance = Annotated[
         "for more.",
     ),
 ]
+Mask = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="<place|file>",
+        help="Pixels to leave out, as under dirt or glare: a stretch of a strip such as '-0.4 to "
+        "0.3 mm', or a picture or .npy file of a frame's size that is not zero there; give it "
+        "again for more.",
+    ),
+]
 Temperature = Annotated[
     str | None,
     typer.Option(
@@ -117,6 +127,41 @@ def stated_tolerances(stated: Sequence[str] | None) -> dict[str, str]:
             )
         values[path.strip()] = value.strip().strip('"')
     return values
+
+
+def stated_mask(stated: Sequence[str] | None, sensor: Any) -> Any:
+    """Pixels to leave out of all frames, shape of a frame, or None; InputError for what is none."""
+    if not stated:
+        return None
+    import numpy as np
+
+    from fringeforce.base.storage import load_array
+
+    mask = np.zeros(sensor.frame_shape, dtype=bool)
+    for text in stated:
+        if stretch := re.fullmatch(r"\s*(\S+)\s+to\s+(\S+)\s*([A-Za-z]+)\s*", text):
+            if sensor.dimensions > 1:
+                raise InputError(f"--mask {text!r} is a stretch of a strip; of a pad, give a file.")
+            first, last = (
+                quantity("--mask", f"{end} {stretch[3]}", "meter") for end in stretch.groups()[:2]
+            )
+            at = sensor.pixel_positions
+            where = (at >= first) & (at <= last)
+            if not where.any():
+                raise InputError(
+                    f"--mask {text!r} holds no pixel; the camera sees from {1e3 * at[0]:.3g} to "
+                    f"{1e3 * at[-1]:.3g} mm. The smaller place comes first."
+                )
+        else:
+            where = load_array(text) != 0
+            if where.shape != mask.shape[-where.ndim :]:
+                own, given = (" x ".join(map(str, one.shape)) for one in (mask, where))
+                raise InputError(
+                    f"--mask {text}: {given} pixels; a frame of this sensor has {own}. Give a file "
+                    "of that size, or a stretch such as '-0.4 to 0.3 mm'."
+                )
+        mask |= where
+    return mask
 
 
 def frames_and_times(path: Path, sensor: Any, region: Path | None) -> tuple[Any, Any]:

@@ -14,6 +14,7 @@ from fringeforce.base.words import counted
 from fringeforce.cli.arguments import (
     Frames,
     Friction,
+    Mask,
     ModelOrDesign,
     RegionFile,
     Temperature,
@@ -22,6 +23,7 @@ from fringeforce.cli.arguments import (
     draw_beside,
     frames_and_times,
     sensor_and_model,
+    stated_mask,
     stated_tolerances,
     temperatures,
     writable,
@@ -105,6 +107,7 @@ def read(
     plot: Annotated[bool, typer.Option("--plot", help="Draw the forces beside the CSV.")] = False,
     friction: Friction = None,
     tolerance: Tolerance = None,
+    mask: Mask = None,
     region: RegionFile = None,
     fps: Annotated[
         float | None,
@@ -136,6 +139,7 @@ def read(
     _check_shape(frames, images.shape, sensor.frame_shape)
     if fps is not None:
         times = load_frame_times(frames, len(images), fps)
+    masked = stated_mask(mask, sensor)
     warm = temperatures(temperature, times)
     each = None if warm is None else np.broadcast_to(warm, len(images))
     check_friction(sensor, friction)
@@ -145,7 +149,7 @@ def read(
     reader = Reader(solved(), friction)
     readings: Any = []
     with compiling(), progress_bar() as advance:
-        for reading in reader.stream(images, times=times, temperatures=each):
+        for reading in reader.stream(images, masked, times, each):
             readings.append(reading)
             advance("Reading", len(readings), len(images))
     if getattr(sensor, "skin", None) is not None:

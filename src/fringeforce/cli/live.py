@@ -14,12 +14,14 @@ import typer
 from fringeforce.cli.arguments import (
     Exposure,
     Friction,
+    Mask,
     ModelOrDesign,
     Rate,
     RegionFile,
     Tolerance,
     in_kelvin,
     sensor_and_model,
+    stated_mask,
     stated_tolerances,
     writable,
 )
@@ -87,6 +89,7 @@ def live(
     ] = None,
     friction: Friction = None,
     tolerance: Tolerance = None,
+    mask: Mask = None,
     region: RegionFile = None,
     temperature: Annotated[
         float | None,
@@ -120,6 +123,7 @@ def live(
     seen = None if region is None else Region.load(region)
     sensor, solved = sensor_and_model(model, stated_tolerances(tolerance))
     check_friction(sensor, friction)
+    masked = stated_mask(mask, sensor)
     found = solved()
     reader = Reader(found, friction)
     slow = camera == "sim" and found.sensor.dimensions > 1
@@ -133,9 +137,17 @@ def live(
     with _interruptible() as stop, display(found.sensor, source.name) as report:
         told = refused.beside(report)
         statistics = run(
-            reader, source, sinks, seconds=seconds, stop=stop, report=told, temperature=warm
+            reader,
+            source,
+            sinks,
+            seconds=seconds,
+            stop=stop,
+            report=told,
+            mask=masked,
+            temperature=warm,
         )
-    print("\n".join([*summary(statistics), *refused.reasons(reader, statistics.statuses)]))
+    reasons = refused.reasons(reader, masked, statistics.statuses)
+    print("\n".join([*summary(statistics), *reasons]))
     if seconds is not None and not statistics.statuses:
         print(f"Nothing came from {source.name}. Look whether it runs, or give a longer --for.")
         raise typer.Exit(1)
@@ -161,7 +173,7 @@ class _Refused:
 
         return told
 
-    def reasons(self, reader: Reader, statuses: Iterable[str]) -> list[str]:
+    def reasons(self, reader: Reader, mask: Any, statuses: Iterable[str]) -> list[str]:
         """What is said of each verdict, once."""
         from fringeforce.cli.frames import reason
         from fringeforce.reading.reading import Status
@@ -171,7 +183,7 @@ class _Refused:
             if status.usable or status not in self._frames:
                 said.append(f"  {status.name}: {status.advice}")
             else:
-                reading = reader.search(self._frames[status])
+                reading = reader.search(self._frames[status], mask)
                 said += [f"  {words}" for words in (reason(reading), *reading.findings)]
         return said
 

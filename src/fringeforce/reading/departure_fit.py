@@ -191,10 +191,10 @@ class _One:
             loads = _columns(model, unknowns, samples)
             rows = np.vstack([loads, (ends[1] - ends[0]) / step])
             left = wanted - _seen(model, node_phase(model, unknowns), samples)
-            change = _step_to(rows, left, known, np.append(unknowns - prior.mean, 0.0))
+            off = np.append(unknowns - prior.mean, 0.0)
+            change = _step_to(rows, left, known, off, model.at.loads)
             unknowns = unknowns + change[:-1]
-            before = size
-            size = self._clipped(size + float(np.clip(change[-1], -FARTHEST_STEP, FARTHEST_STEP)))
+            before, size = size, self._clipped(size + float(change[-1]))
             if round_ and abs(size - before) < WORTH:
                 break
         return unknowns, size
@@ -304,10 +304,8 @@ class _Many:
         for _ in range(PHASE_STEPS):
             rows = _columns(model, unknowns, samples)
             left = wanted - _seen(model, node_phase(model, unknowns), samples)
-            change = _step_to(rows, left, prior.precision, unknowns - prior.mean)
-            beside = slice(model.at.loads, None)
-            change[beside] = np.clip(change[beside], -FARTHEST_STEP, FARTHEST_STEP)
-            unknowns = unknowns + change
+            off = unknowns - prior.mean
+            unknowns = unknowns + _step_to(rows, left, prior.precision, off, model.at.loads)
         return unknowns
 
 
@@ -328,11 +326,13 @@ def _columns(model: FrameModel, unknowns: Array, pixels: NDArray[np.intp]) -> Ar
     return _seen(model, node_columns(model, unknowns), pixels)
 
 
-def _step_to(rows: Array, left: Array, precision: Array, off: Array) -> Array:
-    """Least squares of a phase with a prior."""
+def _step_to(rows: Array, left: Array, precision: Array, off: Array, loads: int) -> Array:
+    """Least squares of a phase with a prior; what follows the loads moves a few deviations."""
     normal = rows @ rows.T / PHASE_ERROR**2 + np.diag(precision)
     wanted = rows @ left / PHASE_ERROR**2 - precision * off
-    return np.asarray(np.linalg.solve(normal, wanted), dtype=np.float64)
+    change = np.asarray(np.linalg.solve(normal, wanted), dtype=np.float64)
+    change[loads:] = np.clip(change[loads:], -FARTHEST_STEP, FARTHEST_STEP)
+    return change
 
 
 def distinct(phases: Iterator[Array], near: float) -> Iterator[Array]:

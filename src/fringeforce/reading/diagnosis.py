@@ -8,8 +8,9 @@ once: a sensor that departs is read at the wrong orders otherwise, where nothing
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,9 +41,11 @@ from fringeforce.reading.findings import (
     PARTLY,
     RIVAL,
     UNEXPLAINED,
+    covered,
     sentence,
     together,
 )
+from fringeforce.reading.hidden_stretches import PARTS, WHOLE, Hidden, hidden_stretches
 from fringeforce.reading.posterior_search import FIRST_EFFORTS
 from fringeforce.reading.strip_reader import StripFrameReader
 
@@ -144,21 +147,38 @@ class Diagnosis:
             Grey levels; not finite where a pixel is not used.
         """
         close, begun = list[Array](), Begun()
-        fits = self.fits(frame, close, begun)
-        if fits and fits[0].explains(FALSE_VERDICT):
+        first = hidden_stretches(self.reader, frame, WHOLE)
+
+        @cache
+        def hidden() -> Hidden | None:
+            found = first, hidden_stretches(self.reader, frame, PARTS)
+            return max(filter(None, found), key=lambda one: one.evidence, default=None)
+
+        fits = self.fits(frame, close, begun, hidden)
+        best = fits[0].evidence if fits else -np.inf
+        if fits and fits[0].explains(FALSE_VERDICT) and not (first and first.evidence > best):
             named = [fits[0], *(fit for fit in fits[1:] if _alike(fits[0], fit))]
             return (sentence(named, self.reader.model),)
-        several = self._together(frame, close[0], begun) if close else []
+        covering = hidden()
+        likelier = covering is not None and covering.evidence > best
+        several = self._together(frame, close[0], begun) if close and not likelier else []
         if len(several) == 1:
             return (sentence(several, self.reader.model),)
-        if several:
-            return (together(several, self.reader.model),)
+        said = [together(several, self.reader.model)] if several else []
+        if covering is not None:
+            said.append(covered(covering.pixels, self.reader.model.sensor))
+        if said:
+            return tuple(said)
         if fits and fits[0].near(PARTLY):
             return (sentence(fits[:1], self.reader.model, explained=False),)
         return (UNEXPLAINED,)
 
     def fits(
-        self, frame: Array, close: list[Array] | None = None, begun: Begun | None = None
+        self,
+        frame: Array,
+        close: list[Array] | None = None,
+        begun: Begun | None = None,
+        hidden: Callable[[], Hidden | None] = lambda: None,
     ) -> list[Fit]:
         """Every departure at its best, the likeliest first.
 
@@ -170,12 +190,14 @@ class Diagnosis:
             Filled with phases that explain the frame if everything is allowed for [rad].
         begun : Begun, optional
             Filled with the departures as they begin at the first of these phases.
+        hidden : callable, optional
+            Looks for what explains the frame but for some stretches, and knows it from then on.
         """
         close = [] if close is None else close
         begun = Begun() if begun is None else begun
         posterior = self.reader.own_posterior(frame)
         best: dict[int, Fit] = {}
-        for phase in distinct(self._phases(frame, best, close), SAME_PHASE):
+        for phase in distinct(self._phases(frame, best, close, hidden), SAME_PHASE):
             first = bool(close) and phase is close[0]
             started = [
                 (number, (begun.begin if first else begin)(posterior, departure, phase))
@@ -239,10 +261,17 @@ class Diagnosis:
             posterior = best.posterior
         return []
 
-    def _phases(self, frame: Array, best: dict[int, Fit], close: list[Array]) -> Iterator[Array]:
+    def _phases(
+        self,
+        frame: Array,
+        best: dict[int, Fit],
+        close: list[Array],
+        hidden: Callable[[], Hidden | None],
+    ) -> Iterator[Array]:
         """Phases at the nodes that explain a frame if everything is allowed for.
 
-        Mirror images take seconds; they are tried where `best` holds nothing close by then.
+        No more are tried if hidden stretches explain it better than anything in `best`.  Mirror
+        images take seconds; they are tried where that holds nothing close by then.
         """
         missed = list[tuple[Top, Allowance]]()
         for allowance in ALLOWANCES:
@@ -254,6 +283,8 @@ class Diagnosis:
                 if top.square < NEARLY_EXPLAINED * top.count:
                     close.append(posterior.phase(top))
                     yield close[-1]
+            if best and (other := hidden()) and other.evidence > _likeliest(best).evidence:
+                return
             if tops:
                 missed.append((tops[0], allowance))
         if not missed or (best and _likeliest(best).near(NEARLY_EXPLAINED)):

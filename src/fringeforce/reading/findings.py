@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fringeforce.design.light import CHANNELS, CROSSTALK
+from fringeforce.design.strip import Sensor
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE, WIDTH
 from fringeforce.models.departures import UNEVEN_LIGHT
 
@@ -128,6 +130,26 @@ def together(fits: Sequence[Fitted], model: Model) -> str:
     said = ", ".join(claims[:-1]) + " and " + claims[-1]
     remedy = _remedy([fit.departure.path for fit in fits], model, " and ")
     return f"Several departures together explain this frame: {said}; {remedy}."
+
+
+def covered(pixels: NDArray[np.bool_], sensor: Sensor) -> str:
+    """One finding about stretches of a strip that show something else than its load.
+
+    Parameters
+    ----------
+    pixels : ndarray of bool, shape (P,)
+        Where.
+    sensor : Sensor
+        The design.
+    """
+    at, where = 1e3 * sensor.pixel_positions, np.flatnonzero(pixels)
+    parts = np.split(where, np.flatnonzero(np.diff(where) > 1) + 1)
+    places = [f"{at[part[0]]:.2f} to {at[part[-1]]:.2f} mm" for part in parts]
+    said = " and ".join([", ".join(places[:-1]), places[-1]] if places[1:] else places)
+    return (
+        f"Loads explain this frame but for what it shows from {said}: dirt, a hair, or light from "
+        "elsewhere? Clean the strip there, or mask these pixels."
+    )
 
 
 def _deviations(fit: Fitted) -> str:
