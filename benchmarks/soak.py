@@ -66,7 +66,7 @@ class Watch:
             self.stop.set()
 
 
-def checked(reader: ff.Reader, block: Block, *_: object) -> Readings:
+def checked(reader: ff.Reader, block: Block, *_: object, **__: object) -> Readings:
     """A block whose pictures are those that were shown, unread."""
     number = int(block.lines[0, 0]) + 256 * int(block.lines[0, 1])
     # other readers warm up on lines of their own
