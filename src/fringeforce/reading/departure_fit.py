@@ -136,7 +136,10 @@ class _One:
         self.posterior, self.departure = posterior, departure
         low, high = departure.limits
         self.limits = low / departure.deviation, high / departure.deviation
-        unknowns, self.size = self._from_phase(phase, first / departure.deviation)
+        begin = first / departure.deviation
+        unknowns, self.size = self._from_phase(phase, begin)
+        if self.size == begin:
+            self.size = self._clipped(begin + self._from_light(unknowns))
         self.model = self._model(self.size)
         prior, frame = posterior.prior, posterior.frame
         unknowns = climb(self.model, prior, frame, unknowns, HEAT, 4, 0.5)[0]
@@ -198,6 +201,15 @@ class _One:
             if round_ and abs(size - before) < WORTH:
                 break
         return unknowns, size
+
+    def _from_light(self, unknowns: Array) -> float:
+        """Step of a size that moves no phase, with the loads held: loads would imitate it."""
+        frame, (low, high, apart) = self.posterior.frame, self._around(self.size)
+        dark, bright = (expose(end, unknowns)[0] for end in (low, high))
+        change, left = (bright - dark) / apart, frame - (bright + dark) / 2
+        weights = np.isfinite(frame) / self.posterior.model.variance
+        told = (weights * change * np.nan_to_num(left)).sum()
+        return float(told / ((weights * change**2).sum() + 1.0))
 
     def _improve(self, rounds: int) -> None:
         """Newton steps of the size, each shortened until the loss falls."""

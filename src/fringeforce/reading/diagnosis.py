@@ -55,6 +55,9 @@ WIDER = {"camera.amplitude": 0.05, "polariscope.visibility": 0.05, RESIDUAL: 0.1
 """Deviations of a reading that allows for everything; the first is relative."""
 ALLOWED_WIDTH = 0.3
 """The same of widths of contacts over their spacing; point spread and places are as departures."""
+BRIGHTEST, LAMP_STEP = 0.98, 0.1
+"""Share of the pixels below which fringes are as bright as they can be, and the step in which the
+lamp is then taken for another one: within half of it the search finds the light."""
 PHASES = 3
 """Explanations of it that are tried."""
 ACCURACY = 2e-4
@@ -79,12 +82,15 @@ class Allowance:
         Whether each has a place and a width of its own.
     light : bool
         Whether amplitude, visibility, residual and cross-talk may be other than drawn.
+    brightness : float
+        Amplitude over the drawn one.
     """
 
     offset: float = 0.0
     blur: float = 0.0
     contacts: bool = True
     light: bool = True
+    brightness: float = 1.0
 
 
 ALLOWANCES = (
@@ -274,7 +280,7 @@ class Diagnosis:
         images take seconds; they are tried where that holds nothing close by then.
         """
         missed = list[tuple[Top, Allowance]]()
-        for allowance in ALLOWANCES:
+        for allowance in [*self._another_lamp(frame), *ALLOWANCES]:
             if allowance.offset and self._fixed:
                 continue
             reader = self._allowing(allowance)
@@ -298,6 +304,18 @@ class Diagnosis:
                 close.append(posterior.phase(top))
             yield posterior.phase(top)
 
+    def _another_lamp(self, frame: Array) -> list[Allowance]:
+        """Readings that take the lamp to be as bright as the brightest pixels, if it is another."""
+        model = self.reader.uncertain.frame
+        if self.reader.model.imaging is not None:
+            return []
+        bright = np.nanquantile(frame - model.offset, BRIGHTEST)
+        share = float(bright / (model.amplitude.mean() * (1 + model.visibility) / 2))
+        steps = round((share - 1) / LAMP_STEP)
+        if not steps or not share > 0:
+            return []
+        return [Allowance(brightness=1 + LAMP_STEP * steps, contacts=own) for own in (False, True)]
+
     @property
     def _fixed(self) -> bool:
         """Whether contacts cannot be solved for anywhere else."""
@@ -309,13 +327,12 @@ class Diagnosis:
         if allowance not in self._everything:
             model, pitch, pixel = self.reader.model, self.departures.pitch, self.departures.pixel
             sensor = model.sensor
-            wide = {"camera.blur": BLUR * pixel}
+            channels = len(sensor.polariscope.channels)
+            lit = ("camera.amplitude", *light_of_channels(channels))
+            light = {path: allowance.brightness * drawn_value(sensor, path) for path in lit}
+            wide, other = {"camera.blur": BLUR * pixel}, dict[str, float]()
             if allowance.light:
-                wide |= WIDER
-                channels = len(sensor.polariscope.channels)
-                share = wide["camera.amplitude"]
-                for path in ("camera.amplitude", *light_of_channels(channels)):
-                    wide[path] = share * drawn_value(sensor, path)
+                wide |= WIDER | {path: WIDER[lit[0]] * value for path, value in light.items()}
                 wide |= dict.fromkeys(pairs_of_channels(channels), LEAK)
             if sensor.transducer.solved_in_a_plane and allowance.contacts:
                 wide |= {PLACEMENT: SCATTER * pitch, WIDTH: ALLOWED_WIDTH * pitch}
@@ -325,8 +342,11 @@ class Diagnosis:
                 plain = sensor.model_copy(update={"tolerances": Tolerances()})
                 place = sensor.tactels.placement + allowance.offset * pitch
                 model = characterize(with_values(plain, {PLACEMENT: place}))
-            blur = (sensor.camera.blur or 0.0) + allowance.blur * pixel
-            made = with_values(model.sensor, {"camera.blur": blur} if allowance.blur else {})
+            if allowance.blur:
+                other["camera.blur"] = (sensor.camera.blur or 0.0) + allowance.blur * pixel
+            if allowance.brightness != 1.0:
+                other |= light
+            made = with_values(model.sensor, other)
             made = made.model_copy(update={"tolerances": Tolerances(wide)})
             self._everything[allowance] = StripFrameReader(replace(model, sensor=made))
         return self._everything[allowance]

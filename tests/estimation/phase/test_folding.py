@@ -31,3 +31,10 @@ def test_the_pace_is_that_of_a_phase_that_runs_evenly(pace: float) -> None:
     found = phase_pace(noisy, SIGMA**2)
     assert found.shape == (4000,)
     assert np.median(found) == pytest.approx(pace, rel=0.02)
+
+
+@pytest.mark.parametrize("pace", [0.02, 0.15, 1.2])
+def test_noise_that_is_stated_too_large_leaves_the_pace(pace: float) -> None:
+    light = np.sin(pace * np.arange(4000) / 2) ** 2
+    noisy = light + np.random.default_rng(1).normal(0, SIGMA / 5, 4000)
+    assert np.median(phase_pace(noisy, SIGMA**2)) == pytest.approx(pace, rel=0.1)

@@ -17,20 +17,25 @@ Array = NDArray[np.float64]
 
 WINDOW = 32
 """Pixels over which the local pace is averaged."""
+SURELY = 3.0
+"""Standard deviations by which noise must be smaller than stated to be taken as smaller."""
+BROKEN = 54.0
+"""Second differences squared, over the variance, as far as which they count: three deviations."""
 
 
 def phase_pace(intensity: Array, variance: float) -> Array:
     """Local pace of the phase from the mean square step of the intensity.
 
     For a phase that runs evenly by k per pixel the mean square step of sin^2(p/2) is
-    (1 - cos k) / 4, plus twice the noise's variance.
+    (1 - cos k) / 4, plus twice the noise's variance: as stated, or as the line shows it if that is
+    surely less, for too much would leave slow phases no pace.
 
     Parameters
     ----------
     intensity : ndarray, shape (P,)
         Normalised intensity, noise included.
     variance : float
-        Of the noise of one pixel.
+        Of the noise of one pixel, as stated.
 
     Returns
     -------
@@ -39,10 +44,24 @@ def phase_pace(intensity: Array, variance: float) -> Array:
     """
     window = min(WINDOW, len(intensity) - 1)
     steps = np.diff(intensity) ** 2
+    shown = shown_noise(intensity, variance)
     before = window // 2
     padded = np.pad(steps, (before, window - before), mode="edge")
     mean = np.convolve(padded, np.full(window, 1 / window), mode="valid")[: len(intensity)]
-    return np.arccos(np.clip(1 - 4 * np.maximum(mean - 2 * variance, 0), -1, 1))
+    return np.arccos(np.clip(1 - 4 * np.maximum(mean - 2 * shown, 0), -1, 1))
+
+
+def shown_noise(intensity: Array, variance: float) -> float:
+    """Variance of the noise that a line shows, from second differences, or the stated one.
+
+    These are six times the variance in the mean, plus what fringes make them, which is more than
+    that where they are fast.  Single pixels that are broken count as far as noise reaches.
+    """
+    count = len(intensity) - 2
+    squares = np.minimum(np.diff(intensity, 2) ** 2, BROKEN * variance) / 6
+    # the relative deviation of the mean of so many squares is 1.97 / sqrt(count)
+    most = float(squares.mean()) * (1 + SURELY * 1.97 / np.sqrt(count)) if count > 0 else variance
+    return min(most, variance)
 
 
 def block_edges(pace: Array, extent: float, largest: int = 8) -> NDArray[np.intp]:
