@@ -8,8 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import find_objects, label
 
 from fringeforce.design.light import CHANNELS, CROSSTALK
+from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE, WIDTH
 from fringeforce.models.departures import UNEVEN_LIGHT
@@ -142,13 +144,39 @@ def covered(pixels: NDArray[np.bool_], sensor: Sensor) -> str:
     sensor : Sensor
         The design.
     """
-    at, where = 1e3 * sensor.pixel_positions, np.flatnonzero(pixels)
-    parts = np.split(where, np.flatnonzero(np.diff(where) > 1) + 1)
-    places = [f"{at[part[0]]:.2f} to {at[part[-1]]:.2f} mm" for part in parts]
-    said = " and ".join([", ".join(places[:-1]), places[-1]] if places[1:] else places)
+    at = 1e3 * sensor.pixel_positions
+    parts, _ = label(pixels)
+    places = [f"from {at[x].min():.2f} to {at[x].max():.2f} mm" for (x,) in find_objects(parts)]
+    return _covered(places, sensor)
+
+
+def covered_of_pad(pixels: NDArray[np.bool_], sensor: Pad) -> str:
+    """The same of patches of a pad's picture, the largest first.
+
+    Parameters
+    ----------
+    pixels : ndarray of bool, shape (channels * P,)
+        Where, in any channel.
+    sensor : Pad
+        The design.
+    """
+    columns, rows = (1e3 * at for at in sensor.pixel_positions)
+    parts, _ = label(pixels.reshape(-1, len(rows), len(columns)).any(axis=0), np.ones((3, 3)))
+    found = sorted(find_objects(parts), key=lambda one: -parts[one].size)
+    places = [
+        f"at x = {columns[x].min():.1f} to {columns[x].max():.1f} mm, "
+        f"y = {rows[y].min():.1f} to {rows[y].max():.1f} mm"
+        for y, x in found
+    ]
+    more = len(places) - MOST_NAMED
+    return _covered(places[:MOST_NAMED] + [f"in {more} other places"] * (more > 0), sensor)
+
+
+def _covered(places: list[str], sensor: Sensor | Pad) -> str:
+    said = ", ".join(places[:-1]) + " and " + places[-1] if places[1:] else places[0]
     return (
-        f"Loads explain this frame but for what it shows from {said}: dirt, a hair, or light from "
-        "elsewhere? Clean the strip there, or mask these pixels."
+        f"Loads explain this frame but for what it shows {said}: dirt, a hair, or light from "
+        f"elsewhere? Clean the {sensor.kind} there, or mask these pixels."
     )
 
 

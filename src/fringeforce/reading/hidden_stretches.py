@@ -12,27 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, uniform_filter1d
 
 from fringeforce.design.strip import Sensor
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.posterior import Posterior, Top
-from fringeforce.estimation.residual_test import FALSE_VERDICT, GROUP, square_limit
+from fringeforce.estimation.residual_test import FALSE_VERDICT
+from fringeforce.reading.hidden_pixels import MOST, ROUNDS, Pixels, any_level, unlike
 from fringeforce.reading.posterior_search import FIRST_EFFORTS
 from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[np.float64]
-Pixels = NDArray[np.bool_]
 
-PLAIN = 9.0
-"""Squared deviations of a pixel from which it counts no more: single pixels that are broken hide no
-stretch."""
-ROUNDS = 8
-"""Rounds in which loads and stretches settle; they take two or three."""
 TRIED = 3
 """Explanations of a frame that are tried."""
-MOST = 0.4
-"""Largest share of the strip that may be hidden: of less than that is left, much would fit."""
 WHOLE, PARTS = (0.0,), (0.125, 0.25, 0.375)
 """Shares of the strip that are left out before a search, each at places half of its length apart:
 nothing, which takes one search, or a part, which takes 30, a quarter of a second or more."""
@@ -131,19 +123,14 @@ def _generous(hidden: Pixels, sensor: Sensor) -> Pixels:
 
 
 def _unlike(posterior: Posterior, frame: Array, top: Top, count: int) -> Pixels:
-    """Pixels among neighbours that loads do not explain, in any channel."""
-    model = posterior.model
-    left = np.square(frame - expose(model, top.unknowns)[0]) / model.variance
-    left = np.minimum(np.nan_to_num(left, nan=1.0), PLAIN).reshape(-1, count)
-    limit = square_limit(GROUP, FALSE_VERDICT) / GROUP
-    far = uniform_filter1d(left, GROUP, axis=1) > limit
-    return np.asarray(binary_dilation(far.any(axis=0), iterations=GROUP // 2))
+    left = (frame - expose(posterior.model, top.unknowns)[0]) / np.sqrt(posterior.model.variance)
+    return unlike(left.reshape(-1, count))
 
 
 def _evidence(reader: StripFrameReader, posterior: Posterior, top: Top, hidden: Pixels) -> float:
-    model, levels = posterior.model, 2.0**reader.model.sensor.camera.bits
-    spread = np.sqrt(2 * np.pi * np.broadcast_to(model.variance, posterior.frame.shape))
-    each = np.log(levels / spread)[np.tile(hidden, len(model.bias))].sum()
+    """That a stretch may begin and end anywhere costs as much as two of as many places."""
+    count = int(hidden.sum()) * len(posterior.model.bias)
+    cost = any_level(count, reader.model.sensor.camera.bits, float(posterior.model.variance.mean()))
     stretches = np.count_nonzero(np.diff(hidden.astype(int), prepend=0) > 0)
     mass = posterior.evidence(top, posterior.linearised(top))
-    return float(mass - each - 2 * stretches * np.log(len(hidden)))
+    return float(mass - cost - 2 * stretches * np.log(len(hidden)))

@@ -136,8 +136,8 @@ class PadFrameReader(PadFrames):
         classifier = self.classifier(used)
         return self._searched(classifier.filled(levels), start, classifier)[0]
 
-    def likeliest(self, levels: NDArray[Any], used: Mask) -> Array:
-        """Forces (3 n,) that explain a frame best in which something touches [N].
+    def likeliest(self, levels: NDArray[Any], used: Mask) -> Optimum:
+        """Forces that explain a frame best in which something touches.
 
         Where all that shows came to be believed, others are not looked for.
         """
@@ -148,7 +148,7 @@ class PadFrameReader(PadFrames):
             optima.append(self._climbed(fit, forces))
             if whole or classifier.explained(optima[-1]):
                 break
-        return min(optima, key=lambda optimum: optimum.loss).forces
+        return min(optima, key=lambda optimum: optimum.loss)
 
     def found(self, levels: NDArray[Any], used: Mask, known: Earlier) -> tuple[Reading, Optimum]:
         """Reading of a frame that comes soon after others, and where it is.
