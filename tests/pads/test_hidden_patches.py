@@ -63,9 +63,9 @@ def test_a_speck_on_a_skin_is_found_and_masked() -> None:
     assert reader.search(dirty).status is ff.Status.MODEL_MISMATCH
     single = reader._single
     assert isinstance(single, PadSkinReader)
-    found = PadSkinDiagnosis(single)._others(dirty.ravel(), single.usable(None))
+    found = PadSkinDiagnosis(single).hidden(dirty.ravel(), single.usable(None))
     assert found is not None
-    mask = found[0].reshape(model.frame_shape)
+    mask = found.pixels.reshape(model.frame_shape)
     assert mask[..., *middle].all()
     assert mask.mean() < 0.1
     reading = reader.search(dirty, mask)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 import fringeforce as ff
-from fringeforce.reading.hidden_stretches import Hidden, hidden_stretches
+from fringeforce.reading.hidden_stretches import HiddenStretches, hidden_stretches
 from fringeforce.reading.strip_reader import StripFrameReader
 
 Array = NDArray[np.float64]
@@ -75,7 +75,7 @@ def test_loads_are_right_without_the_stretches_that_are_found(reader, hidden_by)
     assert isinstance(model, ff.SensorModel)
     for forces, frame, hides in frames(model, hidden_by):
         found = hidden_stretches(single, frame)
-        assert isinstance(found, Hidden)
+        assert isinstance(found, HiddenStretches)
         assert found.pixels[hides].all()
         assert found.pixels.mean() < 0.4
         reading = reader.search(frame, found.pixels)

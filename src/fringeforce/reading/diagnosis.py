@@ -45,7 +45,7 @@ from fringeforce.reading.findings import (
     sentence,
     together,
 )
-from fringeforce.reading.hidden_stretches import PARTS, WHOLE, Hidden, hidden_stretches
+from fringeforce.reading.hidden_stretches import PARTS, WHOLE, HiddenStretches, hidden_stretches
 from fringeforce.reading.posterior_search import FIRST_EFFORTS
 from fringeforce.reading.strip_reader import StripFrameReader
 
@@ -156,7 +156,7 @@ class Diagnosis:
         first = hidden_stretches(self.reader, frame, WHOLE)
 
         @cache
-        def hidden() -> Hidden | None:
+        def hidden() -> HiddenStretches | None:
             found = first, hidden_stretches(self.reader, frame, PARTS)
             return max(filter(None, found), key=lambda one: one.evidence, default=None)
 
@@ -184,7 +184,7 @@ class Diagnosis:
         frame: Array,
         close: list[Array] | None = None,
         begun: Begun | None = None,
-        hidden: Callable[[], Hidden | None] = lambda: None,
+        hidden: Callable[[], HiddenStretches | None] = lambda: None,
     ) -> list[Fit]:
         """Every departure at its best, the likeliest first.
 
@@ -272,7 +272,7 @@ class Diagnosis:
         frame: Array,
         best: dict[int, Fit],
         close: list[Array],
-        hidden: Callable[[], Hidden | None],
+        hidden: Callable[[], HiddenStretches | None],
     ) -> Iterator[Array]:
         """Phases at the nodes that explain a frame if everything is allowed for.
 

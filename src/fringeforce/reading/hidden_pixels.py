@@ -7,6 +7,8 @@ rest is explained anew.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +26,70 @@ ROUNDS = 8
 """Rounds in which loads and hidden pixels settle; they take two or three."""
 MOST = 0.4
 """Largest share of the pixels that may be hidden: of less than that is left, much would fit."""
+
+
+class Explained(NamedTuple):
+    """Pixels of a frame as loads explain them at best.
+
+    Attributes
+    ----------
+    left : ndarray, shape (channels, pixels) or (channels, rows, columns)
+        Residuals in units of the noise.
+    noise : bool
+        Whether they are no more than that.
+    evidence : float
+        Logarithm of the posterior mass, less a constant of the frame.
+    """
+
+    left: Array
+    noise: bool
+    evidence: float
+
+
+class Hidden(NamedTuple):
+    """Pixels that show something else, where loads explain all others.
+
+    Attributes
+    ----------
+    pixels : ndarray of bool, shape (channels * P,)
+        Which.
+    evidence : float
+        Logarithm of the posterior mass, if these may show any grey level.
+    """
+
+    pixels: Pixels
+    evidence: float
+
+
+def hidden_pixels(
+    explained: Callable[[Pixels], Explained | None], used: Pixels, bits: int, variance: float
+) -> Hidden | None:
+    """What is left out of a frame until loads explain the rest, or none.
+
+    Parameters
+    ----------
+    explained : callable
+        Explains some pixels of the frame at best; none if it finds no load.
+    used : ndarray of bool, shape (channels * P,)
+        Pixels that count.
+    bits : int
+        Of the converter.
+    variance : float
+        Of the noise [grey levels squared].
+    """
+    shown = used
+    for _ in range(ROUNDS):
+        found, hidden = explained(shown), used & ~shown
+        if found is None:
+            return None
+        if found.noise:
+            cost = any_level(int(hidden.sum()), bits, variance)
+            return Hidden(hidden, found.evidence - cost) if hidden.any() else None
+        more = np.broadcast_to(unlike(found.left), found.left.shape).ravel()
+        if not (shown & more).any() or (shown & ~more).sum() < (1 - MOST) * used.sum():
+            return None
+        shown = shown & ~more
+    return None
 
 
 def unlike(left: Array) -> Pixels:

@@ -35,7 +35,7 @@ stretches that are nearer than the clear layer is thick."""
 
 
 @dataclass(frozen=True, eq=False)
-class Hidden:
+class HiddenStretches:
     """What loads explain all other pixels of a frame.
 
     Attributes
@@ -59,7 +59,7 @@ class Hidden:
 
 def hidden_stretches(
     reader: StripFrameReader, frame: Array, shares: tuple[float, ...] = WHOLE + PARTS
-) -> Hidden | None:
+) -> HiddenStretches | None:
     """The likeliest stretches without which loads explain a frame, or none.
 
     Parameters
@@ -71,7 +71,7 @@ def hidden_stretches(
     shares : tuple of float
         Of the strip that are left out before a search.
     """
-    count, found = len(frame) // len(reader.uncertain.frame.bias), list[Hidden]()
+    count, found = len(frame) // len(reader.uncertain.frame.bias), list[HiddenStretches]()
     for without in (part for share in shares for part in _parts(count, share)):
         _, tops = reader.explanations(_masked(frame, without), FIRST_EFFORTS, mend=False)
         settled = (_settled(reader, frame, top.unknowns, without) for top in tops[:TRIED])
@@ -95,7 +95,7 @@ def _masked(frame: Array, hidden: Pixels) -> Array:
 
 def _settled(
     reader: StripFrameReader, frame: Array, unknowns: Array, hidden: Pixels
-) -> Hidden | None:
+) -> HiddenStretches | None:
     """Loads and what they do not explain, each of the other until neither changes."""
     for _ in range(ROUNDS):
         posterior = reader.own_posterior(_masked(frame, hidden))
@@ -109,10 +109,10 @@ def _settled(
     if min(top.chance, posterior.waves_chance(top)) < FALSE_VERDICT:
         return None
     evidence = _evidence(reader, posterior, top, before)
-    return Hidden(_generous(before, reader.model.sensor), posterior, top, evidence)
+    return HiddenStretches(_with_borders(before, reader.model.sensor), posterior, top, evidence)
 
 
-def _generous(hidden: Pixels, sensor: Sensor) -> Pixels:
+def _with_borders(hidden: Pixels, sensor: Sensor) -> Pixels:
     """Stretches with their borders, which loads take for their own, and with what lies between."""
     near = sensor.transducer.photoelastic.thickness / sensor.transducer.length * len(hidden)
     where, wide = np.flatnonzero(hidden), np.zeros(len(hidden), dtype=bool)

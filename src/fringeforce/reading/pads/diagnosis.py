@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ from fringeforce.reading.findings import (
     sentence,
     together,
 )
-from fringeforce.reading.hidden_pixels import MOST, ROUNDS, any_level, unlike
+from fringeforce.reading.hidden_pixels import Explained, Hidden, hidden_pixels
 from fringeforce.reading.pads.departure_test import begun
 from fringeforce.reading.pads.fit import FIRST_STEPS, NEGLIGIBLE_GAIN, Fit, Optimum
 from fringeforce.reading.pads.pad_frames import PadFrames
@@ -165,24 +165,6 @@ class Candidate:
         return float(np.sqrt(np.mean(np.square(each)))) if each.size else 0.0
 
 
-class Undeparted(NamedTuple):
-    """A frame as the design alone explains it at best.
-
-    Attributes
-    ----------
-    left : ndarray, shape (channels * P,)
-        Residuals in units of the noise.
-    taken : int
-        Degrees of freedom that loads take.
-    evidence : float
-        Logarithm of the posterior mass, less a constant of the frame.
-    """
-
-    left: Array
-    taken: int
-    evidence: float
-
-
 class PadDiagnosis(ABC):
     """Names the departures of one pad in frames that its reader refuses.
 
@@ -218,31 +200,19 @@ class PadDiagnosis(ABC):
         """Departures after some steps from loads."""
 
     @abstractmethod
-    def undeparted(self, levels: NDArray[Any], used: Mask) -> Undeparted | None:
-        """How well the design alone explains a frame at best; none if it finds no load."""
+    def undeparted(self, levels: NDArray[Any], used: Mask) -> Explained | None:
+        """A frame as the design alone explains it at best; none if it finds no load."""
 
-    def _others(self, levels: NDArray[Any], used: Mask) -> tuple[Mask, float] | None:
-        """Pixels that show something else where loads explain all others, and the evidence of that.
+    def hidden(self, levels: NDArray[Any], used: Mask) -> Hidden | None:
+        """What shows something else where loads explain all the rest: dirt, a hair, a glint."""
+        variance = float(np.mean(self.frames.response.variance))
+        bits = self.frames.model.sensor.camera.bits
+        return hidden_pixels(lambda shown: self.undeparted(levels, shown), used, bits, variance)
 
-        What loads do not explain is left out until they explain the rest: dirt, a hair, a glint.
-        """
-        model, shown = self.frames.model, used
-        camera, variance = model.sensor.camera, float(np.mean(self.frames.response.variance))
-        for _ in range(ROUNDS):
-            found = self.undeparted(levels, shown)
-            if found is None:
-                return None
-            hidden = used & ~shown
-            if self.frames.classifier(shown).noise(found.left, found.taken):
-                cost = any_level(int(hidden.sum()), camera.bits, variance)
-                return (hidden, found.evidence - cost) if hidden.any() else None
-            more = unlike(found.left.reshape(-1, *model.frame_shape[-2:])).ravel()
-            shown = shown & ~np.tile(more, len(used) // len(more))
-            if (used & ~shown).sum() in (hidden.sum(), used.sum()):
-                return None
-            if shown.sum() < (1 - MOST) * used.sum():
-                return None
-        return None
+    def _explained(self, left: Array, taken: int, evidence: float, used: Mask) -> Explained:
+        shape = self.frames.model.frame_shape[-2:]
+        noise = self.frames.classifier(used).noise(left, taken)
+        return Explained(left.reshape(-1, *shape), noise, evidence)
 
     def findings(self, levels: NDArray[Any], used: Mask) -> tuple[str, ...]:
         """Sentences about a frame: the likeliest departure, or that there is none.
@@ -254,7 +224,7 @@ class PadDiagnosis(ABC):
         used : ndarray of bool, same shape
             Pixels that count.
         """
-        others = self._others(levels, used)
+        hidden = self.hidden(levels, used)
         classifier = self.frames.classifier(used)
         grey = classifier.filled(levels)
         starts = self.starts(levels, used)
@@ -270,8 +240,8 @@ class PadDiagnosis(ABC):
             found = self._candidates(grey, classifier, starts, (chosen, left))
             best = found[0]
             first = first or best
-            if others is not None and others[1] > best.evidence:
-                return (covered_of_pad(others[0], model.sensor),)
+            if hidden is not None and hidden.evidence > best.evidence:
+                return (covered_of_pad(hidden.pixels, model.sensor),)
             if explained(best):
                 if len(best.departures) > 1:
                     return (together(best.sized(), model),)
@@ -333,10 +303,10 @@ class PadSquaresDiagnosis(PadDiagnosis):
     def _everything(self) -> PadFrameReader:
         return PadFrameReader(self._wide)
 
-    def undeparted(self, levels: NDArray[Any], used: Mask) -> Undeparted:
+    def undeparted(self, levels: NDArray[Any], used: Mask) -> Explained:
         """As of `PadDiagnosis`."""
         best = self._reader.likeliest(levels, used)
-        return Undeparted(best.misfit.slope, len(best.forces), best.mass)
+        return self._explained(best.misfit.slope, len(best.forces), best.mass, used)
 
     def starts(self, levels: NDArray[Any], used: Mask) -> list[Array]:
         """As of `PadDiagnosis`."""
@@ -428,7 +398,7 @@ class PadSkinDiagnosis(PadDiagnosis):
     def _everything(self) -> PadSkinReader:
         return PadSkinReader(self._wide)
 
-    def undeparted(self, levels: NDArray[Any], used: Mask) -> Undeparted | None:
+    def undeparted(self, levels: NDArray[Any], used: Mask) -> Explained | None:
         """As of `PadDiagnosis`; none where nothing touches."""
         best = self._reader.likeliest(levels, used)
         if best is None:
@@ -437,7 +407,7 @@ class PadSkinDiagnosis(PadDiagnosis):
         fit = self._reader.fit(classifier.filled(levels), classifier)
         _, size = np.linalg.slogdet(fit.information(best.place, best.free))
         mass = -(best.loss + float(size)) / 2
-        return Undeparted(best.place.left.slope, best.taken(fit), mass)
+        return self._explained(best.place.left.slope, best.taken(fit), mass, used)
 
     def starts(self, levels: NDArray[Any], used: Mask) -> list[Array]:
         """As of `PadDiagnosis`; none where nothing touches."""
