@@ -127,7 +127,7 @@ def test_of_images_that_come_too_fast_the_newest_is_read_and_others_are_counted(
                 yield Block(self.lines[number : number + 1], np.array([time.time()]), 0, number)
             sent.set()
 
-    def late(reader: ff.Reader, block: Block, _: float | None = None) -> Readings:
+    def late(reader: ff.Reader, block: Block, *_: object) -> Readings:
         sent.wait(20)
         return whole(reader, block)
 

@@ -99,7 +99,7 @@ class FrameLight:
             own = np.linalg.inv(model.crosstalk[:, :-1])
             lines, variance = own @ lines, np.square(own) @ variance
             seen, told = (np.broadcast_to(part.all(axis=0), part.shape) for part in (seen, told))
-        pace = np.array([phase_pace(*line) for line in zip(lines, variance, strict=True)])
+        pace = np.array([phase_pace(*line) for line in zip(lines, variance, seen, strict=True)])
         return Lines(lines, told, variance, pace, self._light(lines, seen & ~told, variance, pace))
 
     def _light(self, lines: Array, clipped: Mask, variances: Array, paces: Array) -> Light:

@@ -19,7 +19,7 @@ from fringeforce.estimation.residual_test import FALSE_VERDICT, GROUP, square_li
 Array = NDArray[np.float64]
 Pixels = NDArray[np.bool_]
 
-PLAIN = 9.0
+FARTHEST = 9.0
 """Squared deviations of a pixel from which it counts no more: single pixels that are broken hide no
 others."""
 ROUNDS = 8
@@ -106,7 +106,7 @@ def unlike(left: Array) -> Pixels:
         A little more than those.
     """
     side = round(GROUP ** (1 / (left.ndim - 1)))
-    squares = np.minimum(np.nan_to_num(np.square(left), nan=1.0), PLAIN)
+    squares = np.minimum(np.nan_to_num(np.square(left), nan=1.0), FARTHEST)
     mean = uniform_filter(squares, (0, *[side] * (left.ndim - 1)))
     far = (mean > square_limit(GROUP, FALSE_VERDICT) / GROUP).any(axis=0)
     return np.asarray(binary_dilation(far, iterations=side // 2))

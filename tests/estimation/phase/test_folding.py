@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fringeforce.estimation.phase.folding import block_edges, phase_pace
+from fringeforce.estimation.phase.folding import block_edges, phase_pace, shown_noise
 
 SIGMA = 0.02
 
@@ -28,7 +28,7 @@ def test_no_block_spans_more_phase_than_allowed_nor_more_pixels(seed: int) -> No
 def test_the_pace_is_that_of_a_phase_that_runs_evenly(pace: float) -> None:
     light = np.sin(pace * np.arange(4000) / 2) ** 2
     noisy = light + np.random.default_rng(0).normal(0, SIGMA, 4000)
-    found = phase_pace(noisy, SIGMA**2)
+    found = phase_pace(noisy, SIGMA**2, np.ones(4000, dtype=bool))
     assert found.shape == (4000,)
     assert np.median(found) == pytest.approx(pace, rel=0.02)
 
@@ -37,4 +37,14 @@ def test_the_pace_is_that_of_a_phase_that_runs_evenly(pace: float) -> None:
 def test_noise_that_is_stated_too_large_leaves_the_pace(pace: float) -> None:
     light = np.sin(pace * np.arange(4000) / 2) ** 2
     noisy = light + np.random.default_rng(1).normal(0, SIGMA / 5, 4000)
-    assert np.median(phase_pace(noisy, SIGMA**2)) == pytest.approx(pace, rel=0.1)
+    assert np.median(phase_pace(noisy, SIGMA**2, np.ones(4000, dtype=bool))) == pytest.approx(
+        pace, rel=0.1
+    )
+
+
+def test_gaps_that_are_bridged_do_not_make_noise_small() -> None:
+    rng, seen = np.random.default_rng(2), np.arange(4000) < 1000
+    light = np.where(seen, rng.normal(0, SIGMA, 4000), 0.0)
+    assert shown_noise(light, SIGMA**2, seen) == SIGMA**2
+    assert shown_noise(light, SIGMA**2, ~seen) < 1e-9
+    assert shown_noise(light, 4 * SIGMA**2, seen) == pytest.approx(SIGMA**2, rel=0.4)

@@ -19,11 +19,11 @@ WINDOW = 32
 """Pixels over which the local pace is averaged."""
 SURELY = 3.0
 """Standard deviations by which noise must be smaller than stated to be taken as smaller."""
-BROKEN = 54.0
-"""Second differences squared, over the variance, as far as which they count: three deviations."""
+BROKEN = 9.0
+"""Squared deviations as far as which a second difference counts."""
 
 
-def phase_pace(intensity: Array, variance: float) -> Array:
+def phase_pace(intensity: Array, variance: float, seen: NDArray[np.bool_]) -> Array:
     """Local pace of the phase from the mean square step of the intensity.
 
     For a phase that runs evenly by k per pixel the mean square step of sin^2(p/2) is
@@ -36,6 +36,8 @@ def phase_pace(intensity: Array, variance: float) -> Array:
         Normalised intensity, noise included.
     variance : float
         Of the noise of one pixel, as stated.
+    seen : ndarray of bool, shape (P,)
+        Pixels that show it; gaps between them are bridged.
 
     Returns
     -------
@@ -44,24 +46,25 @@ def phase_pace(intensity: Array, variance: float) -> Array:
     """
     window = min(WINDOW, len(intensity) - 1)
     steps = np.diff(intensity) ** 2
-    shown = shown_noise(intensity, variance)
+    shown = shown_noise(intensity, variance, seen)
     before = window // 2
     padded = np.pad(steps, (before, window - before), mode="edge")
     mean = np.convolve(padded, np.full(window, 1 / window), mode="valid")[: len(intensity)]
     return np.arccos(np.clip(1 - 4 * np.maximum(mean - 2 * shown, 0), -1, 1))
 
 
-def shown_noise(intensity: Array, variance: float) -> float:
+def shown_noise(intensity: Array, variance: float, seen: NDArray[np.bool_]) -> float:
     """Variance of the noise that a line shows, from second differences, or the stated one.
 
     These are six times the variance in the mean, plus what fringes make them, which is more than
     that where they are fast.  Single pixels that are broken count as far as noise reaches.
     """
-    count = len(intensity) - 2
-    squares = np.minimum(np.diff(intensity, 2) ** 2, BROKEN * variance) / 6
-    # the relative deviation of the mean of so many squares is 1.97 / sqrt(count)
-    most = float(squares.mean()) * (1 + SURELY * 1.97 / np.sqrt(count)) if count > 0 else variance
-    return min(most, variance)
+    squares = np.diff(intensity, 2)[seen[2:] & seen[1:-1] & seen[:-2]] ** 2 / 6
+    if not len(squares):
+        return variance
+    mean = float(np.minimum(squares, BROKEN * variance).mean())
+    # the relative deviation of the mean of so many squares is 1.97 over the root of their number
+    return min(mean * (1 + SURELY * 1.97 / np.sqrt(len(squares))), variance)
 
 
 def block_edges(pace: Array, extent: float, largest: int = 8) -> NDArray[np.intp]:
