@@ -27,7 +27,7 @@ dead = good.copy()
 dead[rng.choice(good.size, 12, replace=False)] = 0
 bright = np.minimum(1.6 * good.astype(float), 255).astype(np.uint8)
 covered = good.copy()
-covered[700:1300] = 90
+covered[600:800] = 90
 shifted = np.roll(good, 60)
 unloaded = model.expose(np.zeros((11, 2)), rng)
 frames = {

@@ -172,7 +172,7 @@ def test_frames_of_another_sensor_are_not_taken(calibrated) -> None:
     rng = np.random.default_rng(7)
     thin = "transducer.compliant.thickness"
     other = lit(ff.characterize(drawing().replace(**{thin: 0.3e-3})), rng)
-    model = ff.update(calibrated, shots(other, combined(rng, 3), rng))
+    model = ff.update(calibrated, shots(other, combined(rng, 2), rng))
     assert not told(model).usable
     assert told(model).findings[0].startswith("Do not use this model")
 

@@ -64,6 +64,8 @@ ACCURACY = 2e-4
 """Relative accuracy of the phase; departures of one number that differ less look the same."""
 SWEEPS = 2
 """Rounds in which the sizes of departures that are named together are corrected."""
+SURELY = 3.0
+"""Standard deviations of a departure below which it is not what a frame is refused for."""
 UNMENDABLE = 2.0
 """Reduced chi-square beyond which mirror images do not mend a phase."""
 
@@ -161,12 +163,12 @@ class Diagnosis:
             return max(filter(None, found), key=lambda one: one.evidence, default=None)
 
         fits = self.fits(frame, close, begun, hidden)
-        best = fits[0].evidence if fits else -np.inf
-        if fits and fits[0].explains(FALSE_VERDICT) and not (first and first.evidence > best):
+        explained = bool(fits) and fits[0].explains(FALSE_VERDICT)
+        covering = first if explained and fits[0].significance > SURELY else hidden()
+        likelier = covering is not None and (not fits or covering.evidence > fits[0].evidence)
+        if explained and not likelier:
             named = [fits[0], *(fit for fit in fits[1:] if _alike(fits[0], fit))]
             return (sentence(named, self.reader.model),)
-        covering = hidden()
-        likelier = covering is not None and covering.evidence > best
         several = self._together(frame, close[0], begun) if close and not likelier else []
         if len(several) == 1:
             return (sentence(several, self.reader.model),)
