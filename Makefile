@@ -10,11 +10,12 @@ INSTALLING := --quiet --no-compile --disable-pip-version-check -c constraints.tx
 demo: .venv/ready
 	$(BIN)/fringeforce reproduce saad --out demo
 
-# Four workers keep two cores busy while tests wait for browsers, cameras and processes.  What they
-# free of large arrays they keep for the next ones: new pages of memory cost a twentieth of the time.
+# Three workers keep two cores busy while tests wait for browsers, cameras and processes; four crowd
+# each other out of the caches, and take a twentieth longer.  What they free of large arrays they
+# keep for the next ones: new pages of memory cost a twentieth of the time.
 test: .venv/ready
 	MALLOC_MMAP_THRESHOLD_=268435456 MALLOC_TRIM_THRESHOLD_=536870912 \
-	    OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 4 --dist loadgroup
+	    OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadgroup
 
 # For use while working: types of the files that changed since the last commit, and all tests that
 # are not marked slow, the other static checks among them.  What is named at the end takes long

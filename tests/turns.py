@@ -6,7 +6,7 @@ import platform
 import sys
 
 TURN = 100_000_000
-"""Nanoseconds of a turn.  Those of Linux take some 4 ms, after which four workers on two cores find
+"""Nanoseconds of a turn.  Those of Linux take some 4 ms, after which more workers than cores find
 the caches full of what another one computes: that costs a tenth of their processor time."""
 CALLS = {"x86_64": 314, "aarch64": 274}
 """Numbers of the system call `sched_setattr`, which few versions of the C library have."""
