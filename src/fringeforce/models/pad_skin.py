@@ -34,7 +34,14 @@ from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.fourier import retardance_waves
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.pad_slices import DIGITS, block_of
-from fringeforce.models.pad_spectra import DEGREES, add_loads, fill_terms, pull, radial_table
+from fringeforce.models.pad_spectra import (
+    DEGREES,
+    add_loads,
+    fill_moved,
+    fill_terms,
+    pull,
+    radial_table,
+)
 from fringeforce.models.pad_synthesis import Harmonics, Synthesis
 from fringeforce.optics.photoelasticity import stress_optic_constant
 
@@ -118,13 +125,14 @@ SIZE_OF = FIRST_SHAPE + len(_SHAPES)
 """Unknowns of a contact."""
 
 
-def matrix_of(shape: Array) -> Array:
-    """A of (logarithm of size, s, u), shape (2, 2) [m]."""
-    size, s, u = shape
-    length = np.hypot(s, u)
-    sinh = np.sinh(length) / length if length > 0 else 1.0
-    cosh = np.cosh(length)
-    return np.exp(size) * np.array([[cosh + sinh * s, sinh * u], [sinh * u, cosh - sinh * s]])
+def matrix_of(shapes: Array) -> Array:
+    """A of (logarithm of size, s, u), shape (..., 3), as (..., 2, 2) [m]."""
+    size, s, u = shapes[..., 0], shapes[..., 1], shapes[..., 2]
+    length = np.maximum(np.hypot(s, u), 1e-9)  # sinh(x) / x is then 1
+    sinh, cosh = np.sinh(length) / length, np.cosh(length)
+    entries = np.stack([cosh + sinh * s, sinh * u, sinh * u, cosh - sinh * s], axis=-1)
+    found: Array = np.exp(size)[..., None, None] * entries.reshape(*size.shape, 2, 2)
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,7 +265,7 @@ class PadSkinModel:
         total = np.zeros((3, len(alpha), len(beta)), dtype=np.float32)
         for contact in contacts:
             mixed = (_SCALES * self._mixed(contact)).astype(np.float32)
-            add_loads(self._grid, _DEGREES, self._ellipse(contact), mixed, 0, total)
+            add_loads(self._grid, _DEGREES, self._ellipse(contact), mixed, total)
         return total
 
     def gradient(self, contact: Array, by_loads: Single) -> Array:
@@ -306,29 +314,28 @@ class PadSkinModel:
         free : ndarray of bool, shape (SIZE_OF,)
             Those that are asked for.
         """
-        grid, shape, mixed = self._rough, self._ellipse(contact), self._mixed(contact)
+        grid, shape = self._rough, self._ellipse(contact)
+        mixed = (_SCALES * self._mixed(contact)).astype(np.float32)
         size = len(grid[0]), len(grid[1])
-
-        def all_three(mixed: Array, shape: tuple[Any, ...], moved: int = 0) -> Single:
-            total = np.zeros((3, *size), dtype=np.float32)
-            add_loads(grid, _DEGREES, shape, (_SCALES * mixed).astype(np.float32), moved, total)
-            return total
-
-        whole = all_three(mixed, shape)
+        whole, unit, *moved = np.empty((4, 3, *size), np.float32)
+        fill_moved(grid, _DEGREES, shape, mixed, whole, unit, *moved)
+        unit *= np.float32(_SCALES[0])
         found = list[Harmonics]()
         for k in np.flatnonzero(free[:FIRST_SHAPE]).tolist():
-            if k == 0:
-                values = all_three(mixed_by_normal(mixed, contact), shape)
+            if k == 0:  # pressure and shapes grow with it, but not the tangential force
+                values = whole.copy()
+                values[1:] -= contact[1:PLACE, None, None].astype(np.float32) * unit[1:]
+                values /= np.float32(max(contact[0], 1e-9))
             elif k < PLACE:
-                one = np.zeros_like(mixed)
-                one[k, 0] = 1.0
-                values = all_three(one, shape)
+                found.append(Harmonics(k, unit[k]))
+                continue
             elif k < SHAPE:
-                values = all_three(mixed, shape, k - PLACE + 1)
+                values = moved[k - PLACE]
             else:
-                ahead = contact.copy()
+                ahead, values = contact.copy(), -whole
                 ahead[k] += LOG_STEP
-                values = (all_three(mixed, self._ellipse(ahead)) - whole) / LOG_STEP
+                add_loads(grid, _DEGREES, self._ellipse(ahead), mixed, values)
+                values /= np.float32(LOG_STEP)
             found.append(Harmonics(None, values))
         chosen = _SHAPES[free[FIRST_SHAPE:]]
         if len(chosen):

@@ -87,7 +87,34 @@ def _turned(one, others, sign, norm, cosine, sine) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
-def add_loads(grid, first, shape, mixed, moved, total) -> None:
+def _sum_terms(first, mixed, radial, around, base, sums) -> None:
+    """Fill in the sums of the terms of N, T_x and T_y, even and odd ones, shape (3, 2, n)."""
+    begin, counts = first
+    sums[:] = 0
+    for degree in range(DEGREES):
+        parity = degree % 2
+        for p in range(counts[degree]):
+            t = begin[degree] + p
+            for j in range(len(base)):
+                base[j] = radial[degree, j] * around[parity, p, j]
+            for c in range(3):
+                share = mixed[c, t]
+                if share != 0:
+                    for j in range(len(base)):
+                        sums[c, parity, j] += share * base[j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
+def _add_row(sums, cosine, sine, sign, total, i) -> None:
+    """Add the harmonics of sums of terms to row i of a total, shape (3, m, n)."""
+    for j in range(len(cosine)):
+        total[0, i, j] += cosine[j] * sums[0, 0, j] - sine[j] * sums[0, 1, j]
+        total[1, i, j] += sine[j] * sums[1, 0, j] + cosine[j] * sums[1, 1, j]
+        total[2, i, j] += sign * (sine[j] * sums[2, 0, j] + cosine[j] * sums[2, 1, j])
+
+
+@njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
+def add_loads(grid, first, shape, mixed, total) -> None:
     """Add harmonics of a contact to a total, shape (3, m, n).
 
     Parameters
@@ -101,45 +128,69 @@ def add_loads(grid, first, shape, mixed, moved, total) -> None:
         The matrix A, and exp(i alpha x) and exp(i beta y) of the centre, from a corner.
     mixed : ndarray, shape (3, terms)
         Real factors of the terms.
-    moved : int
-        0 for the harmonics, 1 and 2 for their derivatives by the centre along x and y.
     total : ndarray, shape (3, m, n)
         Harmonics.
     """
     alpha, beta, reach, norm, table = grid
-    (begin, counts), (matrix, at_x, at_y) = first, shape
+    matrix, at_x, at_y = shape
     n = len(beta)
     q, radial = np.empty(n, np.float32), np.empty((DEGREES + 1, n), np.float32)
     around, sums = np.empty((2, ANGULAR_TERMS, n), np.float32), np.empty((3, 2, n), np.float32)
     rows = np.empty((3, n), np.float32)
-    cosine, sine, base = rows[0], rows[1], rows[2]
     for i in range(len(alpha)):
+        n = reach[i]
+        cosine, sine, base = rows[0, :n], rows[1, :n], rows[2, :n]
         for side in range(2):
             sign = np.float32(1 - 2 * side)
-            n = reach[i]
+            _row(alpha[i], sign * beta[:n], matrix, table, q, radial, around)
+            _turned(at_x[i], at_y, sign, norm[i], cosine, sine)
+            _sum_terms(first, mixed, radial, around, base, sums)
+            _add_row(sums, cosine, sine, sign, total, i)
+
+
+@njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)
+def fill_moved(grid, first, shape, mixed, whole, unit, along_x, along_y) -> None:
+    """Fill in harmonics of a contact, and their derivatives by its centre and its forces.
+
+    Parameters
+    ----------
+    grid, first, shape, mixed
+        As of `add_loads`.
+    whole : ndarray, shape (3, m, n)
+        Harmonics.
+    unit : ndarray, shape (3, m, n)
+        Those of the first polynomial alone with the factor 1 in N, T_x and T_y.
+    along_x, along_y : ndarray, shape (3, m, n)
+        Derivatives by the centre.
+    """
+    alpha, beta, reach, norm, table = grid
+    matrix, at_x, at_y = shape
+    n = len(beta)
+    q, radial = np.empty(n, np.float32), np.empty((DEGREES + 1, n), np.float32)
+    around, sums = np.empty((2, ANGULAR_TERMS, n), np.float32), np.empty((3, 2, n), np.float32)
+    rows = np.empty((5, n), np.float32)
+    whole[:], unit[:], along_x[:], along_y[:] = 0, 0, 0, 0
+    for i in range(len(alpha)):
+        n = reach[i]
+        cosine, sine, base = rows[0, :n], rows[1, :n], rows[2, :n]
+        down, up = rows[3, :n], rows[4, :n]
+        for side in range(2):
+            sign = np.float32(1 - 2 * side)
             along = sign * beta[:n]
             _row(alpha[i], along, matrix, table, q, radial, around)
-            _turned(at_x[i], at_y, sign, norm[i], cosine[:n], sine[:n])
-            if moved:
-                for j in range(n):
-                    by = alpha[i] if moved == 1 else along[j]
-                    cosine[j], sine[j] = -by * sine[j], by * cosine[j]
-            sums[:] = 0
-            for degree in range(DEGREES):
-                parity = degree % 2
-                for p in range(counts[degree]):
-                    t = begin[degree] + p
-                    for j in range(n):
-                        base[j] = radial[degree, j] * around[parity, p, j]
-                    for c in range(3):
-                        share = mixed[c, t]
-                        if share != 0:
-                            for j in range(n):
-                                sums[c, parity, j] += share * base[j]
+            _turned(at_x[i], at_y, sign, norm[i], cosine, sine)
+            _sum_terms(first, mixed, radial, around, base, sums)
+            _add_row(sums, cosine, sine, sign, whole, i)
             for j in range(n):
-                total[0, i, j] += cosine[j] * sums[0, 0, j] - sine[j] * sums[0, 1, j]
-                total[1, i, j] += sine[j] * sums[1, 0, j] + cosine[j] * sums[1, 1, j]
-                total[2, i, j] += sign * (sine[j] * sums[2, 0, j] + cosine[j] * sums[2, 1, j])
+                unit[0, i, j] += cosine[j] * radial[0, j]
+                unit[1, i, j] += sine[j] * radial[0, j]
+                unit[2, i, j] += sign * sine[j] * radial[0, j]
+            for j in range(n):
+                down[j], up[j] = -alpha[i] * sine[j], alpha[i] * cosine[j]
+            _add_row(sums, down, up, sign, along_x, i)
+            for j in range(n):
+                down[j], up[j] = -along[j] * sine[j], along[j] * cosine[j]
+            _add_row(sums, down, up, sign, along_y, i)
 
 
 @njit(cache=True, error_model="numpy", fastmath=_LOOSE, nogil=True)

@@ -33,8 +33,10 @@ from fringeforce.models.departures import (
 from fringeforce.models.skin import PLACE
 from fringeforce.models.strip import characterize
 from fringeforce.reading.findings import RIVAL, UNEXPLAINED, sentence
+from fringeforce.reading.posterior_search import Effort
 from fringeforce.reading.skin_fit import Explanation
 from fringeforce.reading.skin_reader import SkinReader
+from fringeforce.reading.skin_search import EFFORTS, FIRST
 
 BRIGHTNESS = 2 * LAMP
 """Standard deviation of the amplitude, relative: twice that of strips, for the search takes light
@@ -126,10 +128,13 @@ class SkinDiagnosis:
         used : ndarray of bool, shape (P,)
             Pixels that count.
         """
-        beside = self._beside(levels, used)
-        fits = self.fits(levels, used, explained=beside is not None)
-        found = [one.evidence for one in (beside, *fits) if one is not None]
-        if not found:
+        for efforts in (FIRST, EFFORTS):
+            beside = self._beside(levels, used, efforts)
+            fits = self.fits(levels, used, efforts, explained=beside is not None)
+            found = [one.evidence for one in (beside, *fits) if one is not None]
+            if found:
+                break
+        else:
             return (UNEXPLAINED,)
         said, least = list[str](), max(found) - RIVAL
         if beside is not None and beside.evidence > least:
@@ -140,9 +145,13 @@ class SkinDiagnosis:
             said.append(sentence(named, self.reader.model))
         return tuple(said)
 
-    def _beside(self, levels: NDArray[Any], used: Mask) -> Explanation | None:
+    def _beside(
+        self, levels: NDArray[Any], used: Mask, efforts: tuple[Effort, ...]
+    ) -> Explanation | None:
         """What explains a frame with a contact beside the skin, if it can and nothing departs."""
-        one = None if self._longer is None else self._longer.likeliest(levels, used)
+        if self._longer is None:
+            return None
+        one = self._longer.likeliest(levels, used, efforts=efforts)
         if one is None or np.abs(one.contacts.geometry[:, PLACE]).max() <= self.reader.skin.half:
             return None
         return one
@@ -162,17 +171,28 @@ class SkinDiagnosis:
         longer = skin.model_copy(update={"extent": longest})
         return replace(self.reader, model=characterize(model.sensor.replace(skin=longer)))
 
-    def fits(self, levels: NDArray[Any], used: Mask, explained: bool = False) -> list[SkinFit]:
+    def fits(
+        self,
+        levels: NDArray[Any],
+        used: Mask,
+        efforts: tuple[Effort, ...] = EFFORTS,
+        explained: bool = False,
+    ) -> list[SkinFit]:
         """Departures that explain a frame, the likeliest first; some if something else does."""
-        found, known = list[SkinFit](), None
-        for departure, std, reader in self._allowing:
-            if (explained or known is not None) and departure.path in LAYERS:
-                break  # these take seconds to solve, and seldom explain what others do
-            one = reader.likeliest(levels, used, known)
+        # layers take seconds to solve, and seldom explain what others do
+        quick = [own for own in self._allowing if own[0].path not in LAYERS]
+        for first in quick if explained or efforts is not EFFORTS else self._allowing:
+            one = first[2].likeliest(levels, used, None, efforts)
             if one is not None:
-                known = known or one.contacts
-                found.append(_fit(departure, std, reader, one))
-        return sorted(found, key=lambda fit: -fit.evidence)
+                break
+        else:
+            return []
+        fits = [_fit(*first, one)]
+        for other in quick:
+            if other is not first:  # its contacts are near these
+                again = other[2].likeliest(levels, used, one.contacts)
+                fits += [] if again is None else [_fit(*other, again)]
+        return sorted(fits, key=lambda fit: -fit.evidence)
 
 
 def _fit(departure: SkinDeparture, std: float, reader: SkinReader, one: Explanation) -> SkinFit:

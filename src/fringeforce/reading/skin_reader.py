@@ -40,12 +40,12 @@ from fringeforce.models.skin import (
 from fringeforce.reading.faint_contacts import faint_starts, is_faint
 from fringeforce.reading.frame_light import Lines
 from fringeforce.reading.large_strain import SOLUTIONS
-from fringeforce.reading.posterior_search import phase_information
+from fringeforce.reading.posterior_search import Effort, phase_information
 from fringeforce.reading.reading import Reading, Status
 from fringeforce.reading.skin_departure_test import SkinDepartureTest
 from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed, strained
 from fringeforce.reading.skin_result import SkinResult
-from fringeforce.reading.skin_search import MOST_CONTACTS, SkinSearch
+from fringeforce.reading.skin_search import EFFORTS, MOST_CONTACTS, SkinSearch
 from fringeforce.reading.strip_explanations import same_phase
 from fringeforce.reading.strip_frames import HOPELESS_LOSS, StripFrames, doubted
 
@@ -169,17 +169,21 @@ class SkinReader(StripFrames):
 
     @one_blas_thread()
     def likeliest(
-        self, levels: NDArray[Any], used: Mask, known: Contacts | None = None
+        self,
+        levels: NDArray[Any],
+        used: Mask,
+        known: Contacts | None = None,
+        efforts: tuple[Effort, ...] = EFFORTS,
     ) -> Explanation | None:
         """The likeliest explanation of a frame that was checked, if there is any.
 
-        Contacts that are known, nearly, are not searched.
+        Contacts that are known, nearly, are not searched.  Few efforts are made in bins alone.
         """
         seen, coarse, lines = self._seen(levels, used)
         if known is not None:
             met = [renewed(seen, climbed(coarse, known))]
         else:
-            met = self._met(seen, coarse, lines, self._silent(seen))
+            met = self._met(seen, coarse, lines, self._silent(seen), efforts)
         fitting = [one for one in met if one.chance > FALSE_VERDICT]
         return max(fitting, key=lambda one: one.evidence, default=None)
 
@@ -243,26 +247,38 @@ class SkinReader(StripFrames):
         return Explanation(alone, top, nothing, nothing) if top.chance > FALSE_ALARM else None
 
     def _met(
-        self, seen: Seen, coarse: Seen, lines: Lines, silent: Explanation | None
+        self,
+        seen: Seen,
+        coarse: Seen,
+        lines: Lines,
+        silent: Explanation | None,
+        efforts: tuple[Effort, ...] = EFFORTS,
     ) -> list[Explanation]:
         """Explanations of a frame that may have weight, the best first, or the nearest to one.
 
         Where none is found in bins, pixels are looked at: few bins are broken sooner.
         """
         rough = self._silent(coarse) if silent is not None else None
-        found = [
+        explained = self._explained(coarse, lines, rough, efforts)
+        met = _ordered([
             silent if silent is not None and one is rough else renewed(seen, one)
-            for one in _distinct(self._explained(coarse, lines, rough), NEGLIGIBLE_LOSS / 2)
-        ]
-        met = _ordered(found)
-        if (met and met[0].chance > FALSE_VERDICT) or len(coarse.frame) == len(seen.frame):
+            for one in _distinct(explained, NEGLIGIBLE_LOSS / 2)
+        ])  # fmt: skip
+        last = efforts is not EFFORTS or len(coarse.frame) == len(seen.frame)
+        if last or (met and met[0].chance > FALSE_VERDICT):
             return met
         return self._met(seen, seen, lines, silent)
 
-    def _explained(self, seen: Seen, lines: Lines, silent: Explanation | None) -> list[Explanation]:
+    def _explained(
+        self,
+        seen: Seen,
+        lines: Lines,
+        silent: Explanation | None,
+        efforts: tuple[Effort, ...],
+    ) -> list[Explanation]:
         """Explanations of a frame, the likeliest first, or the nearest to one."""
         met, tried = list[Explanation](), list[Array]()
-        for number, phase in enumerate(self._search.phases(lines)):
+        for number, phase in enumerate(self._search.phases(lines, efforts)):
             tried.append(phase)
             met = _ordered(met + self._pressed(seen, phase, met))
             if met and _settled(met[0]):

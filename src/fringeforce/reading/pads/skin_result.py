@@ -104,15 +104,15 @@ class PadSkinResult:
         own = self.found[which].ravel()
         std = np.sqrt(np.maximum(np.diag(covariance), 0))
         middle = amounts(self.found[which])
-        rows = np.empty((len(middle), len(own)))
-        for k in range(len(own)):
-            step = np.zeros(len(own))
-            step[k] = STD_STEP * std[k]
-            ahead, behind = (amounts((own + s * step).reshape(len(which), -1)) for s in (1, -1))
-            change = ahead - behind
-            # an axis has no sense
-            change[-1] = (change[-1] + np.pi / 2) % np.pi - np.pi / 2
-            rows[:, k] = change / (2 * step[k]) if step[k] else 0.0
+        steps = STD_STEP * std
+        ahead, behind = (
+            amounts((own + s * np.diag(steps)).reshape(len(own), len(which), SIZE_OF))
+            for s in (1, -1)
+        )
+        change = ahead - behind
+        # an axis has no sense
+        change[:, -1] = (change[:, -1] + np.pi / 2) % np.pi - np.pi / 2
+        rows = (change / np.where(steps > 0, 2 * steps, np.inf)[:, None]).T
         force, moment, centre, axes = np.split(middle[:-1], [3, 6, 8])
         places = self.pad.tactels.places
         touched = np.zeros(len(places), dtype=bool)
@@ -149,47 +149,47 @@ class PadSkinResult:
 
 
 def amounts(contacts: Array) -> Array:
-    """Force, moment, centre, axes [m] and orientation [rad] of contacts together, shape (11,).
+    """Force, moment, centre, axes [m] and orientation [rad] of contacts together.
 
     Parameters
     ----------
-    contacts : ndarray, shape (k, SIZE_OF)
+    contacts : ndarray, shape (..., k, SIZE_OF)
         Their unknowns.
+
+    Returns
+    -------
+    ndarray, shape (..., 11)
+        Centre, axes and orientation are not finite where nothing pushes.
     """
-    forces, places = contacts[:, :PLACE], contacts[:, PLACE:SHAPE]
-    force = forces.sum(axis=0)
-    x, y = places.T
-    moment = np.array(
-        [
-            -y @ forces[:, 0],
-            x @ forces[:, 0],
-            x @ forces[:, 2] - y @ forces[:, 1] + sum(spin(one) for one in contacts),
-        ]
-    )
-    if not force[0] > 0:
-        return np.concatenate([force, moment, np.full(5, np.nan)])
-    share = forces[:, 0] / force[0]
-    centre = share @ places
-    matrices = [matrix_of(one[SHAPE:FIRST_SHAPE]) for one in contacts]
-    spread = sum(
-        part * (a @ a / 5 + np.outer(place - centre, place - centre))
-        for part, a, place in zip(share, matrices, places, strict=True)
-    )
-    size, vectors = np.linalg.eigh(spread)
-    axes = HERTZ_WIDTH * np.sqrt(np.maximum(size[::-1], 0))
-    turn = np.arctan2(vectors[1, 1], vectors[0, 1])
+    forces, places = contacts[..., :PLACE], contacts[..., PLACE:SHAPE]
+    (normal, t_x, t_y), (x, y) = (np.moveaxis(part, -1, 0) for part in (forces, places))
+    force = forces.sum(axis=-2)
+    turning = x * t_y - y * t_x + spin(contacts)
+    moment = np.stack([-y * normal, x * normal, turning], axis=-1).sum(axis=-2)
+    pushed = force[..., :1] > 0
+    share = normal / np.where(pushed, force[..., :1], 1.0)
+    centre = (share[..., None] * places).sum(axis=-2)
+    apart, matrices = places - centre[..., None, :], matrix_of(contacts[..., SHAPE:FIRST_SHAPE])
+    each = matrices @ matrices / 5 + apart[..., :, None] * apart[..., None, :]
+    size, vectors = np.linalg.eigh((share[..., None, None] * each).sum(axis=-3))
+    axes = HERTZ_WIDTH * np.sqrt(np.maximum(size[..., ::-1], 0))
+    turn = np.arctan2(vectors[..., 1, 1], vectors[..., 0, 1])
     turn = (turn + np.pi / 2) % np.pi - np.pi / 2
-    return np.concatenate([force, moment, centre, axes, [turn]])
+    middle = np.concatenate([centre, axes, turn[..., None]], axis=-1)
+    return np.concatenate([force, moment, np.where(pushed, middle, np.nan)], axis=-1)
 
 
-def spin(contact: Array) -> float:
-    """Moment of a contact's shear about z through its centre [N m]."""
-    (xx, xy), (_, yy) = matrix_of(contact[SHAPE:FIRST_SHAPE])
-    shears = contact[FIRST_SHAPE + len(PRESSURES) :].reshape(2, -1)
+def spin(contacts: Array) -> Array:
+    """Moments of contacts' shears about z through their centres, shape (..., k) [N m]."""
+    matrices = matrix_of(contacts[..., SHAPE:FIRST_SHAPE])
+    xx, xy, yy = matrices[..., 0, 0], matrices[..., 0, 1], matrices[..., 1, 1]
+    shears = contacts[..., FIRST_SHAPE + len(PRESSURES) :]
+    shears = shears.reshape(*contacts.shape[:-1], 2, len(SHEARS))
     first = [SHEARS.index(i) for i, term in enumerate(TERMS) if term.degree == 1]
     # the polynomials of the first degree are sqrt(5) times the place on the disc
-    (x_c, x_s), (y_c, y_s) = shears[:, first] / np.sqrt(5)
-    return float(contact[0] * (xx * y_c + xy * y_s - xy * x_c - yy * x_s))
+    by_x, by_y = np.moveaxis(shears[..., first] / np.sqrt(5), -2, 0)
+    one = xx * by_y[..., 0] + xy * by_y[..., 1]
+    return np.asarray(contacts[..., 0] * (one - xy * by_x[..., 0] - yy * by_x[..., 1]))
 
 
 def tractions_at(contacts: Array, places: Array) -> Array:
