@@ -420,7 +420,7 @@ def test_loads_that_follow_a_skin_are_read(following: ff.SensorModel) -> None:
 def test_a_skin_whose_surface_folds_is_refused(skin: ff.SensorModel) -> None:
     """Small strain would find contacts, and be wrong."""
     linear = ff.characterize(skin.sensor.replace(**{"transducer.strain": "linear"}))
-    press = ff.Press(x=0.0, normal=1.6, width=1.2e-3)
+    press = ff.Press(x=0.0, normal=1.0, width=0.8e-3)
     reading = ff.Reader(skin)._single.read(linear.expose([press], rng=0))
     assert not reading.ok
     assert np.isfinite(reading.phase).all()

@@ -16,7 +16,7 @@ from fringeforce.estimation.frame_exposure import expose, node_columns
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.models.as_built import BuiltSensor
 
-REPEATS = 60
+REPEATS = 40
 ENTRIES = tuple(PARAMETERS)
 SCATTER = {
     "tactels.placement": f"0 +/- {DOUBT['place'] * 1e3} mm",

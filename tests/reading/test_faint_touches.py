@@ -33,7 +33,7 @@ def test_no_lobe_of_a_soft_cover_under_faint_touches_is_read_with_the_wrong_sign
     """
     model = ff.characterize(ff.load_sensor("soft-sixteen"))
     reader, rng, squares = ff.Reader(model), np.random.default_rng(7), []
-    for _ in range(FRAMES // 2):
+    for _ in range(FRAMES // 3):
         touched = rng.permutation(16) < rng.integers(1, 3)
         normal = rng.uniform(0.05, 1, 16) * touched
         forces = np.stack([normal, normal * rng.uniform(-0.8, 0.8, 16)], axis=1)
@@ -42,8 +42,8 @@ def test_no_lobe_of_a_soft_cover_under_faint_touches_is_read_with_the_wrong_sign
         if reading.ok:
             off = (reading.forces - forces).ravel()
             squares.append(off @ np.linalg.solve(reading.covariance, off))
-    assert len(squares) > FRAMES / 6
-    assert max(squares) < chi2.isf(2e-4 / FRAMES, 32)
+    assert len(squares) > FRAMES / 9
+    assert max(squares) < chi2.isf(3e-4 / FRAMES, 32)
 
 
 def test_faint_touches_that_are_followed_lie_within_their_covariance() -> None:

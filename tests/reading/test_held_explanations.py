@@ -9,7 +9,7 @@ import fringeforce as ff
 from fringeforce.estimation.hypotheses import CONFIDENCE
 from fringeforce.reading.strip_explanations import held, not_too_wide
 
-SIZE, RARE, DRAWS = 22, 1e-4, 20_000
+SIZE, RARE, DRAWS, FRAMES = 22, 1e-4, 20_000, 200
 
 
 def normal(rng: np.random.Generator) -> np.ndarray:
@@ -62,7 +62,7 @@ def test_near_explanations_of_little_weight_leave_a_reading_sure() -> None:
     rng = np.random.default_rng(7)
     careless, careful = ff.Reader(model, confidence=0.01), ff.Reader(model)
     widened = 0
-    for _ in range(300):
+    for _ in range(FRAMES):
         pushed = rng.uniform(0.05, 1, 11) * (rng.permutation(11) < rng.integers(1, 12))
         forces = np.stack([pushed, pushed * rng.uniform(-0.5, 0.5, 11)], axis=1)
         forces *= rng.uniform(0.3, 1.5) / np.abs(model.phase(forces)).max()
@@ -76,5 +76,5 @@ def test_near_explanations_of_little_weight_leave_a_reading_sure() -> None:
         grown = eigh(reading.covariance, alone.covariance, eigvals_only=True)
         assert grown[-1] < 2.0**2 * (1 + 1e-9)
         off = (reading.forces - forces).ravel()
-        assert chi2.sf(off @ np.linalg.solve(reading.covariance, off), SIZE) > RARE / 300
+        assert chi2.sf(off @ np.linalg.solve(reading.covariance, off), SIZE) > RARE / FRAMES
     assert widened

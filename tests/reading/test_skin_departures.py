@@ -16,7 +16,7 @@ from fringeforce.reading.skin_reader import SkinReader
 
 DRAWING = ff.load_sensor("skin").replace(**{"transducer.edges": "roller"})
 PIXEL = DRAWING.transducer.length / DRAWING.camera.pixels
-FRAMES, SHOWN, RARE = 40, 0.25, 0.05
+FRAMES, SHOWN, RARE = 30, 0.25, 0.05
 """Frames with a departure, the share of them that it shows in, and the chance that fewer do."""
 
 

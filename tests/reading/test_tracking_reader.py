@@ -134,17 +134,14 @@ def test_after_a_touch_silence_is_followed_frame_by_frame(model) -> None:
 
 
 def test_a_weak_touch_is_followed_nearly_throughout_and_never_wrong(model) -> None:
-    times, searched, sure = np.arange(450, 3550) / 1000, [], []
-    for seed in range(2):
-        forces = fingertip(times, model.sensor.tactels.positions)
-        batch = ff.Reader(model).read_batch(model.expose(forces, rng=seed), workers=1)
-        ok = batch.status == ff.Status.OK
-        assert (np.abs(batch.forces - forces) < 6 * batch.std)[ok].all()
-        phase = np.abs(forces.reshape(len(forces), -1) @ model.frame_influence.T).max(axis=1)
-        searched.append(~batch.tracked[phase > FAINT_PHASE])
-        sure.append(ok)
+    times = np.arange(450, 3550) / 1000
+    forces = fingertip(times, model.sensor.tactels.positions)
+    batch = ff.Reader(model).read_batch(model.expose(forces, rng=0), workers=1)
+    sure = batch.status == ff.Status.OK
+    assert (np.abs(batch.forces - forces) < 6 * batch.std)[sure].all()
+    phase = np.abs(forces.reshape(len(forces), -1) @ model.frame_influence.T).max(axis=1)
     # fainter frames are read alone; searches settle the side of stretches that come out of the dark
-    assert np.mean(np.concatenate(searched)) < 0.1
+    assert np.mean(~batch.tracked[phase > FAINT_PHASE]) < 0.1
     assert np.mean(sure) > 0.7
 
 
