@@ -8,6 +8,7 @@ from fringeforce.estimation.phase_stretches import (
     OPEN,
     Hidden,
     Stretches,
+    close,
     emerged,
     stretches_of,
 )
@@ -100,3 +101,24 @@ def test_a_stretch_that_only_unlikely_errors_turn_is_on_its_side() -> None:
         stretches = stretches_of(phase(0.02, -2.0), HIDDEN)
         known = np.array([0.0, 1.0, 0.0, 0.0])
         assert comes_out(phase(0.5, -2.0), stretches, HIDDEN, columns, known) == open_
+
+
+@pytest.mark.parametrize(
+    ("now", "far", "open_"),
+    [
+        (phase(0.5, -2.0), True, False),
+        (phase(0.5, -2.0), False, True),  # mirror images that are near may soon have weight
+        (phase(-0.5, -2.0), True, True),  # on the other side
+        (phase(0.5, -1.9), True, True),  # where the rest has moved
+    ],
+)
+def test_a_side_whose_mirror_image_explains_nothing_is_not_tried_again_at_once(
+    now: np.ndarray, far: bool, open_: bool
+) -> None:
+    """Noise hides the bump and shows it again."""
+    dark, shown = (phase(size, -2.0).astype(np.float32) for size in (0.02, 0.5))
+    stretches = stretches_of(dark.astype(float), HIDDEN)
+    assert comes_out(shown, stretches, HIDDEN, LOADS)
+    close(shown, stretches, HIDDEN, far)
+    assert not any(comes_out(dark, stretches, HIDDEN, LOADS) for _ in range(16))
+    assert comes_out(now, stretches, HIDDEN, LOADS) == open_

@@ -52,6 +52,7 @@ from fringeforce.estimation.phase_stretches import (
     OPEN,
     Hidden,
     Stretches,
+    close,
     emerged,
     motion,
     stretches_of,
@@ -76,6 +77,8 @@ REACHED, REACHED_ALONE = 0.1, 0.0005
 lasts being known: where anything lasts, whose errors are larger, and where nothing does."""
 DRIFT_FRAMES = 4096
 """Frames after which what may drift is looked at in any case: lamps drift in seconds."""
+FAR_FROM_RIVAL = 2 * NEGLIGIBLE_LOSS
+"""Loss that all mirror images have more, so that while the phase hardly moves none has weight."""
 FAR_STEPS = 20
 """Most steps of a climb with all unknowns."""
 
@@ -226,17 +229,20 @@ class InformationFilter:
         assert known is not None
         if emerged(nodes, known.stretches, self.hidden, known.columns, known.known):
             self.open = known.stretches.sides == OPEN
-            if self._rivalled(top, prior, frame, images(top, self.open)):
+            rise = self._nearest_rival(top, prior, frame, images(top, self.open))
+            if rise < NEGLIGIBLE_LOSS:
                 return None
-            sides = stretches_of(node_phase(self.model, top.unknowns), self.hidden)
-            self._reference = known._replace(stretches=sides)
+            close(nodes, known.stretches, self.hidden, rise >= FAR_FROM_RIVAL)
         self.unknowns[:] = top.unknowns
         self._linearised(about, prior)
         return top
 
-    def _rivalled(self, top: Top, prior: Prior, frame: Array, starts: Array) -> bool:
-        """Whether something of another phase that starts lead to has weight beside a top."""
-        phase, bound = node_phase(self.model, top.unknowns), top.loss + NEGLIGIBLE_LOSS
+    def _nearest_rival(self, top: Top, prior: Prior, frame: Array, starts: Array) -> float:
+        """How much larger the loss is of the likeliest other phase that starts lead to.
+
+        Climbs end at one that has weight, and where they do not lead below `FAR_FROM_RIVAL`.
+        """
+        phase, least = node_phase(self.model, top.unknowns), np.inf
         told, met = self.hidden.along(len(phase)), MetPhases()
         met.add(phase, told)
         for start in starts:
@@ -244,11 +250,13 @@ class InformationFilter:
             if met.holds(image):
                 continue
             met.add(image, told)
-            steps = FAR_STEPS, CONVERGED, bound
+            steps = FAR_STEPS, CONVERGED, top.loss + FAR_FROM_RIVAL
             found, loss, *_ = climb(self.model, prior, frame, start, 1.0, *steps)
-            if loss < bound and np.abs(node_phase(self.model, found) - phase).max() > told:
-                return True
-        return False
+            if np.abs(node_phase(self.model, found) - phase).max() > told:
+                least = min(least, loss - top.loss)
+            if least < NEGLIGIBLE_LOSS:
+                break
+        return least
 
     def _prior(self) -> Prior:
         """What is known before the next frame."""

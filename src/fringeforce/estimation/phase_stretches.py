@@ -84,12 +84,18 @@ class Stretches(NamedTuple):
         Running mean of its squared distance to the multiple that is next [rad^2].
     frames : ndarray, shape (1,)
         Frames of these means.
+    alone : ndarray of int, shape (m,)
+        Sides whose mirror images explain nothing, as was tried; `OPEN` where none was.
+    tried : ndarray, shape (m,)
+        The phase when they were tried [rad].
     """
 
     sides: NDArray[np.int64]
     mean: NDArray[np.float64]
     square: NDArray[np.float64]
     frames: NDArray[np.float64]
+    alone: NDArray[np.int64]
+    tried: NDArray[np.float64]
 
 
 LONGEST = 4.0
@@ -158,7 +164,8 @@ def stretches_of(nodes, hidden):
     sides, square = np.full(len(nodes), OPEN, np.int64), np.empty(len(nodes))
     for k in range(len(nodes)):
         square[k] = _off(nodes[k]) ** 2
-    stretches = Stretches(sides, nodes.copy(), square, np.ones(1))
+    alone = np.full(len(nodes), OPEN, np.int64)
+    stretches = Stretches(sides, nodes.copy(), square, np.ones(1), alone, nodes.copy())
     begin = 0
     while begin < len(nodes):
         end, another = _open_stretch(nodes, stretches, begin, hidden)
@@ -192,11 +199,20 @@ def motion(nodes, before):
 
 
 @apart
+def _still(nodes, before, hidden):
+    """Whether a phase moved by a quarter of what noise hides at most."""
+    way = 0.0
+    for k in range(len(nodes)):
+        way = max(way, abs(nodes[k] - before[k]))
+    return 4 * way < hidden.difference or 4 * motion(nodes, before) < hidden.difference
+
+
+@apart
 def _renewed(nodes, stretches, hidden):
     """Take a phase into what is known of its sides; they are open where it may have crossed.
 
-    The means are over frames in which it moved by a quarter of what noise hides at most: what
-    crosses a multiple is hidden for longer.
+    The means are over frames in which it hardly moved: what crosses a multiple is hidden for
+    longer.
     """
     sides, mean, square, frames = (
         stretches.sides,
@@ -204,11 +220,7 @@ def _renewed(nodes, stretches, hidden):
         stretches.square,
         stretches.frames,
     )
-    way = 0.0
-    for k in range(len(nodes)):
-        way = max(way, abs(nodes[k] - mean[k]))
-    still = 4 * way < hidden.difference or 4 * motion(nodes, mean) < hidden.difference
-    frames[0] = min(frames[0] + 1, LONGEST) if still else 1.0
+    frames[0] = min(frames[0] + 1, LONGEST) if _still(nodes, mean, hidden) else 1.0
     dark = DARK + (DARK_ONCE - DARK) / frames[0]
     for k in range(len(nodes)):
         mean[k] += (nodes[k] - mean[k]) / frames[0]
@@ -229,16 +241,19 @@ def _renewed(nodes, stretches, hidden):
 
 
 @apart
-def _may_cross(nodes, begin, end, hidden, columns, precision):
+def _may_cross(nodes, stretches, begin, end, hidden, columns, precision):
     """Whether bright light, and what is known before it, leave both sides to a stretch.
 
     Only light that changes with the phase, |sin| > 1/2, tells of the unknowns to first order.  The
     mirror image of where the stretch is farthest from its multiple is so many deviations away.
+    Where it explained nothing a short way before, it does not now.
     """
     size, peak = len(columns), begin
     for k in range(begin, end):
         if abs(_off(nodes[k])) > abs(_off(nodes[peak])):
             peak = k
+    if stretches.alone[peak] == _order(nodes[peak]) and _still(nodes, stretches.tried, hidden):
+        return False
     light, own = np.zeros(len(nodes)), np.empty(len(nodes))
     for k in range(len(nodes)):
         sine = np.sin(nodes[k])
@@ -293,8 +308,39 @@ def emerged(nodes, stretches, hidden, columns, precision):
     while begin < len(nodes):
         end, another = _open_stretch(nodes, stretches, begin, hidden)
         if another:
-            if _may_cross(nodes, begin, end, hidden, columns, precision):
+            if _may_cross(nodes, stretches, begin, end, hidden, columns, precision):
                 return True
             stretches.sides[begin:end] = _order(nodes[begin])
         begin = max(end, begin + 1)
     return False
+
+
+@sums_entry
+def close(nodes, stretches, hidden, far):
+    """Take a phase to be on its sides where these were open, as no mirror image has weight.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (m,)
+        The phase [rad].
+    stretches : Stretches
+        On which sides it is known to be; brought up to date.
+    hidden : Hidden
+        What noise hides of the phase.
+    far : bool
+        Whether mirror images will have none while the phase hardly moves.
+    """
+    if far:
+        if not _still(nodes, stretches.tried, hidden):
+            stretches.alone[:] = OPEN
+            for k in range(len(nodes)):
+                stretches.tried[k] = nodes[k]
+        for k in range(len(nodes)):
+            if stretches.sides[k] == OPEN:
+                stretches.alone[k] = _order(nodes[k])
+    begin = 0
+    while begin < len(nodes):
+        end, another = _open_stretch(nodes, stretches, begin, hidden)
+        if another:
+            stretches.sides[begin:end] = _order(nodes[begin])
+        begin = max(end, begin + 1)
