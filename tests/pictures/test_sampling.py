@@ -73,6 +73,26 @@ def test_noise_of_the_line_is_what_the_camera_states(tilted: Scene, region: ff.R
     assert design.camera.pixels == PIXELS
 
 
+@pytest.mark.parametrize("turned", [0.0, 3.0, 7.0])
+@pytest.mark.parametrize("moved", [0.1, 0.5, 0.9])
+def test_the_last_pixels_of_a_line_neither_extrapolate_nor_spoil_its_noise(
+    turned: float, moved: float
+) -> None:
+    """Wherever the picture's pixels lie beside the ends, of a strip that is turned by few pixels."""
+    corners = [(50.0 + moved, 60.0), (541.2, 60.0 + turned), (541.2, 99.0 + turned), (50.3, 99.0)]
+    scene, region = Scene(tuple(corners), (600, 150)), ff.Region(corners, (600, 150))
+    clean = 255 * scene.picture(0.5 + 0.4 * np.sin(np.arange(4000) / 60))
+    rng = np.random.default_rng(4)
+    pictures = [clean + rng.normal(0, 2.5, clean.shape) for _ in range(80)]
+    camera = line_camera(pictures[:16], region, length=25e-3)
+    lines = np.array([ff.Sampler(region, camera.pixels).line(picture) for picture in pictures])
+    off = (lines - lines.mean(axis=0)) * np.sqrt(80 / 79)
+    assert off[:, [0, -1]].std() < 2.5 * off.std()
+    sums = off[:, : camera.pixels // 8 * 8].reshape(80, -1, 8).sum(axis=2)
+    measured = sums.std() / np.sqrt(8) * (2**camera.bits - 1) / 255
+    assert camera.noise == pytest.approx(measured, rel=0.12)
+
+
 def test_bayer_mosaics_give_each_colour_its_own_pixels(region: ff.Region) -> None:
     raw = ff.Region(region.corners, region.size, mosaic="RGGB")
     columns, rows = region.size

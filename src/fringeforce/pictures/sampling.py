@@ -25,6 +25,9 @@ from fringeforce.pictures.region import Region
 
 Weights = csr_array | csc_array
 COLOURS = {"R": 0, "G": 1, "B": 2}
+FARTHER = 2
+"""How much wider the kernel is of the last pixels of a line: with neighbours on one side alone they
+extrapolate, and have up to fourteen times the noise where these are as near as of others."""
 GREEN, RED = 490e-9, 580e-9
 """Where the green pixels of usual cameras begin to see more than the blue, and red than green."""
 
@@ -200,14 +203,16 @@ def _weights(region: Region, pixels: int, channel: str) -> tuple[Index, csr_arra
     cover = np.clip(reach * region.width + 0.5, 0, 1)
     inside = (cover > 0) & (np.abs(along - 0.5) <= 0.5 * (1 - 1 / region.length) + 1e-9)
     cover, along = cover[inside], along[inside] * pixels - 0.5
-    half = max(1.0, period * pixels / region.length)
-    near = np.rint(along).astype(int)
-    steps = np.arange(-1, 2)[:, None]
+    half = np.full(pixels, max(1.0, period * pixels / region.length))
+    half[[0, -1]] *= FARTHER
+    near, steps = np.rint(along).astype(int), np.arange(-FARTHER, FARTHER + 1)[:, None]
     target = (near + steps).ravel()
-    source = np.tile(np.arange(near.size), 3)
-    offset = np.tile(along, 3) - target
-    weight = np.tile(cover, 3) * np.maximum(1 - np.abs(offset) / half, 0)
-    keep = (weight > 0) & (target >= 0) & (target < pixels)
+    source = np.tile(np.arange(near.size), len(steps))
+    there = (target >= 0) & (target < pixels)
+    target, source = target[there], source[there]
+    offset = along[source] - target
+    weight = cover[source] * np.maximum(1 - np.abs(offset) / half[target], 0)
+    keep = weight > 0
     target, source, offset, weight = target[keep], source[keep], offset[keep], weight[keep]
     zeroth, first, second = (np.bincount(target, weight * offset**k, pixels) for k in range(3))
     if (zeroth <= 0).any():
