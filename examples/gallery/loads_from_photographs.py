@@ -91,8 +91,9 @@ assert np.median(np.abs(errors)) < 0.03
 
 # %%
 # The photograph of the smallest load shows one dark line; its load is as uncertain as that leaves
-# it.  The reader calls none of them OK: smooth deviations of up to ten levels, of scratches and of
-# a tone curve that is no power, are more than noise.  It says what to do about the bright fringes:
+# it.  The reader calls only this one OK: in the others smooth deviations of up to ten levels, of
+# scratches and of a tone curve that is no power, are more than noise.  It says what to do about the
+# bright fringes:
 
 for reading in readings.values():
     print(reading.status.name, "-", reading.advice)
