@@ -7,8 +7,9 @@ picture, turned by up to 5 degrees; a pinhole camera five lengths away is turned
 about either axis.  One long edge is up to a tenth brighter than the other; every pixel has a noise
 of 1 % of the full scale.  The light is that of the exact Fourier series at 4,000 places; pictures
 are rendered by supersampling.  Every tactel carries up to 1.5 N, at up to 20 degrees from the
-normal.  The strip is found in a picture without analyser, the camera is described from the
-pictures, and lines are taken and read, as `fringeforce extract` and `read` do.
+normal.  In the last row a lens distorts the picture, by -5 to 2 % at its corners.  The strip is
+found in a picture without analyser, the camera is described from the pictures, and lines are taken
+and read, as `fringeforce extract` and `read` do.
 
 OK: frames read as OK.  far: of these, a force lies more than six stated standard deviations off.
 inside: share of forces within their 95 % intervals.  off: root mean square of errors over stated
@@ -21,6 +22,7 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +49,8 @@ SIZE, LENGTH, ASPECT = (640, 480), (400.0, 560.0), 12.5
 TILT, SLANT, DISTANCE = 5.0, 10.0, 5.0
 """Of the strip in the picture and of the camera against it [degrees], and how far away the camera
 is, in lengths of the strip."""
+DISTORTION = (-0.05, 0.02)
+"""Of the lens, at the corners of the picture, by Brown's first term: barrels, and few cushions."""
 UNEVEN, NOISE = 0.1, 0.01
 """Change of the light from edge to edge, and share of the full scale."""
 LARGEST, STEEPEST = 1.5, 20.0
@@ -62,7 +66,7 @@ def scene(rng: np.random.Generator) -> Scene:
     half = np.array([[-1, -1 / ASPECT], [1, -1 / ASPECT], [1, 1 / ASPECT], [-1, 1 / ASPECT]]) / 2
     flat = np.column_stack([half, np.zeros(4)]) @ Rotation.from_euler("xyz", angles).as_matrix().T
     seen = rng.uniform(*LENGTH) * flat[:, :2] / (1 + flat[:, 2:] / DISTANCE)
-    room = np.maximum(np.array(SIZE) / 2 - 10 - np.abs(seen).max(axis=0), 0)
+    room = np.maximum(np.array(SIZE) / 2 - 15 - np.abs(seen).max(axis=0), 0)
     corners = seen + np.array(SIZE) / 2 + rng.uniform(-room, room)
     ends = tuple((float(column), float(row)) for column, row in corners)
     return Scene(ends, SIZE, uneven=rng.uniform(-UNEVEN, UNEVEN))
@@ -118,13 +122,15 @@ def bayer(pictures: Array, folder: Path, rng: np.random.Generator) -> None:
     np.save(folder / "raw.npy", stored(seen, rng))
 
 
-KINDS: dict[str, tuple[Callable[..., None], dict[str, Any], str]] = {
-    "PNG": (png, {}, "linear"),
-    "TIFF of 12 bits": (tiff, {"bits": 12}, "linear"),
-    "JPEG in sRGB": (jpeg, {}, "sRGB"),
-    "H.264": (video, {}, "linear"),
-    "Bayer, red light": (bayer, {"mosaic": "RGGB"}, "linear"),
+KINDS: dict[str, tuple[Callable[..., None], dict[str, Any], str, bool]] = {
+    "PNG": (png, {}, "linear", False),
+    "TIFF of 12 bits": (tiff, {"bits": 12}, "linear", False),
+    "JPEG in sRGB": (jpeg, {}, "sRGB", False),
+    "H.264": (video, {}, "linear", False),
+    "Bayer, red light": (bayer, {"mosaic": "RGGB"}, "linear", False),
+    "PNG, bent by lens": (png, {}, "linear", True),
 }
+"""How pictures are stored, what is told of them, the response, and whether the lens distorts."""
 
 
 def shares(sensor: ff.Sensor, forces: Array, x: Array) -> Array:
@@ -172,13 +178,15 @@ def main() -> None:
         rng = np.random.default_rng([seed, number])
         seen, size = scene(rng), rng.uniform(0, LARGEST, (count, tactels))
         forces = ff.polar(size, rng.uniform(-STEEPEST, STEEPEST, size.shape))
-        pictures = np.array([seen.picture(one) for one in shares(sensor, forces, x)])
-        even = stored(seen.picture(np.full(1000, 0.7)), rng)
-        for name, (store, told, response) in KINDS.items():
+        lenses = {False: seen, True: replace(seen, brown=rng.uniform(*DISTORTION))}
+        light = shares(sensor, forces, x)
+        pictures = {k: np.array([own.picture(one) for one in light]) for k, own in lenses.items()}
+        even = {k: stored(own.picture(np.full(1000, 0.7)), rng) for k, own in lenses.items()}
+        for name, (store, told, response, bent) in KINDS.items():
             with tempfile.TemporaryDirectory() as place:
                 folder = Path(place)
-                store(pictures, folder, rng)
-                region = ff.find_region([even], aspect=ASPECT, **told)
+                store(pictures[bent], folder, rng)
+                region = ff.find_region([even[bent]], aspect=ASPECT, **told)
                 first = first_pictures([folder])
                 channels = channels_of(sensor.polariscope, region, first[0].ndim == 3)
                 length = sensor.transducer.length

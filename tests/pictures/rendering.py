@@ -8,13 +8,24 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Scene:
-    """Corners of the strip [column, row], size of the picture, and the light on both."""
+    """Corners of the strip [column, row], size of the picture, and the light on both.
+
+    A lens with `brown` shows what is r half diagonals from the middle at r (1 + brown r^2) (Brown,
+    Photogramm. Eng. 32, 444, 1966); the corners are where a lens without it would show them.
+    """
 
     corners: tuple[tuple[float, float], ...]
     size: tuple[int, int]
     border: float = 0.03  # share of the full scale
     uneven: float = 0.1  # change of the light from one edge to the other
     subpixels: int = 4
+    brown: float = 0.0
+
+    def seen(self, points) -> NDArray[np.float64]:
+        """Where the lens shows points [column, row], shape (..., 2)."""
+        middle, half = (np.array(self.size) - 1) / 2, np.hypot(*self.size) / 2
+        apart = (np.asarray(points) - middle) / half
+        return middle + half * apart * (1 + self.brown * (apart**2).sum(axis=-1, keepdims=True))
 
     def shares(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Along and across the strip at every subpixel.
@@ -25,8 +36,20 @@ class Scene:
         columns, rows = self.size
         fine = (np.arange(max(columns, rows) * self.subpixels) + 0.5) / self.subpixels - 0.5
         x, y = np.meshgrid(fine[: columns * self.subpixels], fine[: rows * self.subpixels])
+        if self.brown:
+            x, y = self._straight(x, y)
         a, b, c, d = (np.array(corner) for corner in self.corners)
         return _share(x, y, a, d, b, c), _share(x, y, a, b, d, c)
+
+    def _straight(self, x, y):
+        """Where a lens without distortion shows what is seen, by fixed-point steps."""
+        (across, down), half = (np.array(self.size) - 1) / 2, np.hypot(*self.size) / 2
+        u = seen_u = (x - across) / half
+        v = seen_v = (y - down) / half
+        for _ in range(12):
+            stretch = 1 + self.brown * (u**2 + v**2)
+            u, v = seen_u / stretch, seen_v / stretch
+        return across + half * u, down + half * v
 
     def picture(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
         """Shares of the full scale; `light` is the strip's at many even places, 0 to 1."""

@@ -1,5 +1,6 @@
 """A strip is found where the renderer drew it."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,39 @@ def test_corners_are_found_to_a_tenth_of_a_pixel(degrees: float, converging: flo
     region = ff.find_region([noisy(scene, 0.6)])
     assert np.abs(np.array(region.corners) - np.array(scene.corners)).max() < 0.15
     assert region.tilt == pytest.approx(degrees, abs=0.05)
+    assert region.distortion == 0
+
+
+@pytest.mark.parametrize("brown", [-0.06, -0.03, 0.03])
+@pytest.mark.parametrize("beside", [0.0, 55.0])
+def test_places_before_a_lens_that_distorts_are_found(brown: float, beside: float) -> None:
+    """By edges that bend against each other, or one way beside the middle of the picture."""
+    plain = turned(3.0)
+    straight = ff.Region([(column, row + beside) for column, row in plain.corners], SIZE)
+    scene = replace(plain, corners=tuple((c, r) for c, r in straight.corners), brown=brown)
+    picture = noisy(scene, 0.6)
+    share = np.stack(np.meshgrid(np.linspace(0, 1, 21), [0.0, 0.5, 1.0]), axis=-1)
+    true = scene.seen(straight.points(share))
+    region = ff.find_region([picture])
+    off = np.abs(region.points(share) - true).max()
+    assert off < 0.35
+    assert np.abs(region.places(true) - share)[..., 0].max() < 1e-3
+    plainly = ff.find_region([picture], distortion=0.0)
+    assert np.abs(plainly.points(share) - true).max() > 2 * off
+    assert region.distortion == pytest.approx(brown, rel=0.3)
+
+
+def test_a_distortion_is_kept_in_the_file_and_stated_for_corners(tmp_path: Path) -> None:
+    corners = [(20, 30), (380, 30), (380, 80), (20, 80)]
+    region = ff.Region(corners, SIZE, distortion=-0.03)
+    region.save(tmp_path / "region.toml")
+    assert ff.Region.load(tmp_path / "region.toml") == region
+    np.testing.assert_allclose(region.points([[0, 0], [1, 1]]), np.array(corners)[[0, 2]])
+    points = np.random.default_rng(0).uniform((20, 30), (380, 80), (50, 2))
+    np.testing.assert_allclose(region.points(region.places(points)), points, atol=1e-9)
+    low, high = region.bounds
+    assert low[1] < 30  # a long edge bulges away from the middle
+    assert high[1] == 81
 
 
 def test_colour_pictures_are_searched_in_their_brightest_plane() -> None:
@@ -74,6 +108,7 @@ def test_places_of_a_region_agree_with_cross_ratios() -> None:
         ({"bits": 17}, "bits = 17"),
         ({"margin": 0.5}, "margin = 0.5"),
         ({"mosaic": "RGBW"}, "RGBW"),
+        ({"distortion": 0.3}, "distortion = 0.3"),
     ],
 )
 def test_what_is_no_region_is_refused(change: dict, said: str) -> None:

@@ -1,5 +1,7 @@
 """The commands from pictures to forces."""
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -98,6 +100,38 @@ def test_corners_are_taken_as_stated_and_kept(folder: Path) -> None:
     }.items():
         with pytest.raises(InputError, match=said):
             run("extract", "saad", *words)
+
+
+def test_pictures_of_a_lens_that_distorts_become_forces(
+    tilted: Scene,
+    light: NDArray[np.float64],
+    loads: NDArray[np.float64],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of a barrel; the same region is what stated corners and distortion make."""
+    monkeypatch.chdir(tmp_path)
+    scene, rng = replace(tilted, brown=-0.03), np.random.default_rng(7)
+    Path("shots").mkdir()
+    for name, one in [*((f"shots/{k}.png", x) for k, x in enumerate(light)), ("all.png", None)]:
+        picture = 255 * scene.picture(np.full(1000, 0.7) if one is None else one)
+        noisy = np.clip(np.rint(picture + rng.normal(0, 2.5, picture.shape)), 0, 255)
+        Image.fromarray(noisy.astype(np.uint8)).save(name)
+    wanted = "--region", "found.toml", "--design", "own.toml", "--preview", "seen.png"
+    said = run("extract", "saad", "shots", "--outline", "all.png", *wanted)
+    assert re.search(r"The lens distorts the corners by -[23]\.\d\d %\.", said)
+    assert "4 OK" in run("read", "own.toml", "shots", "--region", "found.toml", "-o", "f.csv")
+    rows = np.genfromtxt("f.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    assert np.abs(rows["normal_N"].reshape(4, 11) - loads[..., 0]).max() < 0.1
+    found = ff.Region.load("found.toml")
+    corners = " ".join(f"{column},{row}" for column, row in found.corners)
+    stated = "--corners", corners, "--distortion", f"{found.distortion * 100} %"
+    run("extract", "saad", "shots", *stated, "--region", "stated.toml", "--camera")
+    again = ff.Region.load("stated.toml")
+    assert again == replace(found, distortion=again.distortion)
+    assert again.distortion == pytest.approx(found.distortion)
+    with pytest.raises(InputError, match=r'"much" is no share; write "-2 %"'):
+        run("extract", "saad", "shots", "--distortion", "much", "--camera")
 
 
 def test_the_simulator_takes_no_region(model: ff.SensorModel) -> None:

@@ -78,8 +78,9 @@ def test_noise_of_the_line_is_what_the_camera_states(tilted: Scene, region: ff.R
 def test_the_last_pixels_of_a_line_neither_extrapolate_nor_spoil_its_noise(
     turned: float, moved: float
 ) -> None:
-    """Wherever the picture's pixels lie beside the ends, of a strip that is turned by few pixels."""
-    corners = [(50.0 + moved, 60.0), (541.2, 60.0 + turned), (541.2, 99.0 + turned), (50.3, 99.0)]
+    """Wherever the picture's pixels lie beside the ends of a strip that is turned by few pixels."""
+    right = [(541.2, 60.0 + turned), (541.2, 99.0 + turned)]
+    corners = [(50.0 + moved, 60.0), *right, (50.3, 99.0)]
     scene, region = Scene(tuple(corners), (600, 150)), ff.Region(corners, (600, 150))
     clean = 255 * scene.picture(0.5 + 0.4 * np.sin(np.arange(4000) / 60))
     rng = np.random.default_rng(4)

@@ -74,6 +74,14 @@ def extract(
             metavar="<share>", help="Share of the strip's width to leave out on either side."
         ),
     ] = 0.15,
+    distortion: Annotated[
+        str | None,
+        typer.Option(
+            metavar="<share>",
+            help='Distortion of the lens at the corners of the picture, such as "-2 %" of a '
+            "barrel; as the edges of the strip tell if not given.",
+        ),
+    ] = None,
     response: Annotated[
         str | None,
         typer.Option(
@@ -127,10 +135,10 @@ def extract(
     if not first:
         raise InputError("There are no pictures to take lines from.")
     if region is not None and region.exists():
-        if corners is not None or mosaic or bits is not None:
+        if corners is not None or mosaic or bits is not None or distortion is not None:
             raise InputError(
-                f"{region} states corners, bits and mosaic; change it there, or give --region "
-                "the name of a new file."
+                f"{region} states corners, bits, mosaic and distortion; change them there, or give "
+                "--region the name of a new file."
             )
         found = Region.load(region)
     else:
@@ -139,9 +147,10 @@ def extract(
         if corners is None:
             seen = first if outline is None else first_pictures([outline])
             aspect = sensor.transducer.length / sensor.transducer.width
-            found = find_region(seen, levels, margin, mosaic, aspect)
+            found = find_region(seen, levels, margin, mosaic, aspect, _share(distortion))
         else:
-            found = Region(_corners(corners), size, levels, margin, mosaic)
+            bent = _share(distortion) or 0.0
+            found = Region(_corners(corners), size, levels, margin, mosaic, bent)
         if region is not None:
             found.save(region)
             print(f"{region}: where the sensor is in the pictures")
@@ -188,8 +197,20 @@ def _corners(text: str) -> Any:
         ) from None
 
 
+def _share(text: str | None) -> float | None:
+    from fringeforce.base.errors import InputError
+
+    if text is None:
+        return None
+    try:
+        return float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        raise InputError(f'--distortion "{text}" is no share; write "-2 %" or -0.02.') from None
+
+
 def _described(region: Region) -> str:
+    bent = f" The lens distorts the corners by {100 * region.distortion:.2f} %."
     return (
         f"The sensor is {region.length:.0f} pixels long and {region.width:.0f} wide, tilted by "
-        f"{region.tilt:.2f} degrees."
+        f"{region.tilt:.2f} degrees.{bent if region.distortion else ''}"
     )

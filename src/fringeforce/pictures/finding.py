@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,7 @@ from scipy.spatial import ConvexHull
 
 from fringeforce.base.arrays import Array
 from fringeforce.base.errors import InputError
-from fringeforce.pictures.region import Region
+from fringeforce.pictures.region import MOST_DISTORTION, Region, distorted, undistorted
 
 COARSE = 400
 """Columns or rows, at most, of the picture in which the strip is looked for first."""
@@ -27,6 +29,12 @@ REMEDY = (
     "Give a picture in which the whole strip is brighter than what surrounds it (--outline; take "
     "the analyser off, or light the room), or state where it is with --corners."
 )
+OUTLYING = 0.3
+"""Distance of a point from its edge beyond which it counts less and less [pixels]."""
+SMOOTHING = 1.0
+"""Standard deviation of the smoothing before edges are looked for [pixels]."""
+SURELY = 5.0
+"""Standard deviations from which edges tell that the lens distorts."""
 ASPECT = 0.1
 """How far length over width may be from the design's: perspective, and edges that are rounded."""
 
@@ -37,11 +45,13 @@ def find_region(
     margin: float = 0.15,
     mosaic: str = "",
     aspect: float | None = None,
+    distortion: float | None = None,
 ) -> Region:
     """Find a strip that is brighter than what surrounds it.
 
     The brightest that each pixel saw in all pictures shows the whole strip if its loads differ; the
-    rectangle of least area around it is moved to the steepest ascent of light, edge by edge.
+    rectangle of least area around it is moved to the steepest ascent of light, edge by edge.  Edges
+    that bend surely tell how the lens distorts.
 
     Parameters
     ----------
@@ -52,6 +62,8 @@ def find_region(
         As of `Region`.
     aspect : float, optional
         Length over width of the strip, to refuse what is another shape by more than 10 %.
+    distortion : float, optional
+        Of the lens, as of `Region`; as the edges tell if not given.
 
     Returns
     -------
@@ -82,14 +94,16 @@ def find_region(
             f"Pictures of {planes[0].shape[0]} x {planes[0].shape[1]} pixels show no strip with "
             "its surroundings; lines of a camera are frames already, which read and calibrate take."
         )
-    light = ndimage.gaussian_filter(np.max(planes, axis=0).astype(np.float32), 1.0)
+    light = ndimage.gaussian_filter(np.max(planes, axis=0).astype(np.float32), SMOOTHING)
     rows, columns = (int(length) for length in light.shape)
     corners = _coarse(light)
-    for _ in range(2):  # the second time from edges that are about right
-        corners = _refined(light, corners)
-    found = np.clip(_ordered(corners), -1, (columns, rows))
-    corners = tuple((float(column), float(row)) for column, row in found)
-    region = Region(corners, (columns, rows), bits, margin, mosaic)
+    size = columns, rows
+    edges = _edges(light, _met(_edges(light, corners)))  # again where they are about right
+    bent = _distortion(edges, size) if distortion is None else distortion
+    straight = [replace(edge, points=undistorted(edge.points, size, bent)) for edge in edges]
+    found = np.clip(_ordered(distorted(_met(straight), size, bent)), -1, size)
+    ends = tuple((float(column), float(row)) for column, row in found)
+    region = Region(ends, size, bits, margin, mosaic, bent)
     seen = region.length / region.width
     if aspect is not None and abs(np.log(seen / aspect)) > np.log(1 + ASPECT):
         raise InputError(
@@ -142,21 +156,64 @@ def _threshold(grey: NDArray[np.floating]) -> float:
     return float(centres[np.nanargmax(np.where(np.isfinite(between), between, np.nan))])
 
 
-def _refined(light: NDArray[np.float32], corners: Array) -> Array:
-    """Corners where the lines of steepest ascent meet."""
+@dataclass(frozen=True, eq=False)
+class _Edge:
+    """Where light ascends steepest beside a side of a quadrilateral.
+
+    Attributes
+    ----------
+    start, along, inwards : ndarray, shape (2,)
+        Of the side: where it begins, and its directions.
+    points : ndarray, shape (k, 2)
+        Columns and rows.
+    """
+
+    start: Array
+    along: Array
+    inwards: Array
+    points: Array
+
+    @property
+    def apart(self) -> tuple[Array, Array]:
+        """How far the points are along the side, and from it, shape (k,) each."""
+        return (self.points - self.start) @ self.along, (self.points - self.start) @ self.inwards
+
+    @cached_property
+    def line(self) -> tuple[Array, float]:
+        """Normal n and distance d of the line n . p = d that fits the points."""
+        run, off = self.apart
+        fit = least_squares(
+            lambda p: p[0] + p[1] * run - off, [np.median(off), 0.0],
+            loss="soft_l1", f_scale=OUTLYING, x_scale=[1.0, 1 / max(run.max(), 1.0)],
+        )  # fmt: skip
+        first, second = (
+            self.start + s * self.along + (fit.x @ [1, s]) * self.inwards
+            for s in (run.min(), run.max())
+        )
+        line = (second - first) / np.hypot(*(second - first))
+        across = np.array([-line[1], line[0]])
+        return across, float(across @ first)
+
+
+def _edges(light: NDArray[np.float32], corners: Array) -> list[_Edge]:
+    """Edges beside the sides between corners."""
     centre = corners.mean(axis=0)
     reach = 0.3 * min(np.hypot(*(corners[1] - corners[0])), np.hypot(*(corners[2] - corners[1])))
-    lines = [
+    return [
         _edge(light, start, end, centre, max(reach, 4.0))
         for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True)
     ]
+
+
+def _met(edges: list[_Edge]) -> Array:
+    """Corners where the lines of edges meet, shape (4, 2)."""
+    lines = [edge.line for edge in edges]
     return np.array([_meet(lines[k - 1], lines[k]) for k in range(4)])
 
 
 def _edge(
     light: NDArray[np.float32], start: Array, end: Array, centre: Array, reach: float
-) -> tuple[Array, float]:
-    """Normal n and distance d of the line n . p = d of steepest ascent near an edge."""
+) -> _Edge:
     along = (end - start) / np.hypot(*(end - start))
     normal = np.array([-along[1], along[0]])
     normal *= np.sign(normal @ (centre - start))  # inwards
@@ -176,15 +233,40 @@ def _edge(
     good = steep > 0.5 * np.quantile(steep, 0.8)
     if steep.max() <= 0 or good.sum() < 10:
         raise InputError(f"An edge of the strip does not stand out. {REMEDY}")
-    run = (points[good] - start) @ along
+    return _Edge(start, along, normal, (points + place[:, None] * normal)[good])
+
+
+def _distortion(edges: list[_Edge], size: tuple[int, int]) -> float:
+    """The distortion that leaves edges straight; 0 if they are, as far as they surely tell.
+
+    Edges that do not agree, as rough ones do not, tell less, by Birge's ratio (Phys. Rev. 40, 207,
+    1932).
+    """
+    found, variance = np.array([_bent(edge, size) for edge in edges]).T
+    weight = 1 / variance
+    mean = float(found @ weight / weight.sum())
+    ratio = float(np.square(found - mean) @ weight) / (len(edges) - 1)
+    spread = np.sqrt(max(1.0, ratio) / weight.sum())
+    return mean if abs(mean) > SURELY * spread else 0.0
+
+
+def _bent(edge: _Edge, size: tuple[int, int]) -> tuple[float, float]:
+    """The distortion that leaves one edge straight, and its variance."""
+    run = edge.apart[0] / max(float(edge.apart[0].max()), 1.0)
+
+    def left(unknowns: Array) -> Array:
+        straight = replace(edge, points=undistorted(edge.points, size, float(unknowns[0])))
+        return straight.apart[1] - unknowns[1] - unknowns[2] * run
+
+    most = np.array([MOST_DISTORTION, np.inf, np.inf])
     fit = least_squares(
-        lambda p: p[0] + p[1] * run - place[good], [np.median(place[good]), 0.0],
-        loss="soft_l1", f_scale=0.3, x_scale=[1.0, 1 / max(run.max(), 1.0)],
+        left, np.zeros(3), loss="soft_l1", f_scale=OUTLYING, x_scale=most.clip(0, 1),
+        bounds=(-most, most),
     )  # fmt: skip
-    first, second = (start + s * along + (fit.x @ [1, s]) * normal for s in (run.min(), run.max()))
-    line = (second - first) / np.hypot(*(second - first))
-    across = np.array([-line[1], line[0]])
-    return across, float(across @ first)
+    variance = 2 * fit.cost / len(run) * np.linalg.inv(fit.jac.T @ fit.jac)[0, 0]
+    # points that are nearer to each other than smoothing reaches err alike
+    apart = float(np.ptp(edge.apart[0])) / len(run)
+    return float(fit.x[0]), variance * max(1.0, 2 * np.sqrt(np.pi) * SMOOTHING / apart)
 
 
 def _meet(one: tuple[Array, float], other: tuple[Array, float]) -> Array:

@@ -234,18 +234,14 @@ def _kind(region: Region, pixels: tuple[int, int], site: int | None, seen: list[
 
 def _bands(region: Region, kind: _Kind) -> Iterator[tuple[Index, list[_Tap]]]:
     """Pixels of a picture, some rows at a time, and what they give to those of an image."""
-    corners = np.array(region.corners)
-    low = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
-    high = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, region.size)
-    inverse = np.linalg.inv(region.to_picture)[:, :, None, None]
+    low, high = region.bounds
     for left, top, step in kind.sites:
         column = np.arange(low[0] + (left - low[0]) % step, high[0], step)
         rows = np.arange(low[1] + (top - low[1]) % step, high[1], step)
         for begin in range(0, rows.size, BAND):
             row = rows[begin : begin + BAND, None]
-            along, across, scale = inverse[:, 0] * column + (inverse[:, 1] * row + inverse[:, 2])
-            along /= scale
-            across /= scale
+            points = np.stack(np.broadcast_arrays(column, row), axis=-1)
+            along, across = np.moveaxis(region.places(points), -1, 0)
             keep = np.abs(along - 0.5) <= kind.reach[0]
             keep &= np.abs(across - 0.5) <= kind.reach[1]
             taps = [

@@ -1,4 +1,4 @@
-"""Where the strip lies in a picture: four corners and the perspective between them."""
+"""Where the strip lies in a picture: four corners, the perspective between them, and the lens."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Index
 from fringeforce.base.errors import InputError
 from fringeforce.base.storage import whole_file
 from fringeforce.design.text import toml_values
@@ -20,7 +21,11 @@ from fringeforce.design.text import toml_values
 UNIT_SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 FINEST = 1.05
 """Most pixels of a line for each of the picture: what is drawn out has dependent noise."""
-KEYS = {"corners", "size", "bits", "margin", "mosaic"}
+KEYS = {"corners", "size", "bits", "margin", "mosaic", "distortion"}
+MOST_DISTORTION = 0.2
+"""Largest distortion: one term describes lenses that look straight, and no fisheyes."""
+OUTLINE = 9
+"""Points on each edge that tell how far it bulges."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,9 @@ class Region:
         What the pixels see, if they differ: four letters of R, G and B for a Bayer mosaic, the
         first two in even rows, such as "RGGB"; for a polarisation mosaic the `bias` of each
         pixel [degrees], such as "180,90,270,0".
+    distortion : float
+        Of the lens: how much farther from the picture's middle its corners are seen than without,
+        as a share; below 0 of barrels, -0.2 to 0.2.
 
     Raises
     ------
@@ -65,6 +73,7 @@ class Region:
     bits: int = 8
     margin: float = 0.15
     mosaic: str = ""
+    distortion: float = 0.0
 
     def __post_init__(self) -> None:
         try:
@@ -93,6 +102,11 @@ class Region:
             raise InputError(f"bits = {self.bits} of a region; cameras have 1 to 16.")
         if not 0 <= self.margin <= 0.45:
             raise InputError(f"margin = {self.margin:g} of a region; take 0 to 0.45.")
+        if not abs(self.distortion) <= MOST_DISTORTION:
+            raise InputError(
+                f"distortion = {self.distortion:g} of a region; take -{MOST_DISTORTION:g} to "
+                f"{MOST_DISTORTION:g}, or a lens that distorts less."
+            )
         object.__setattr__(
             self, "corners", tuple((float(point[0]), float(point[1])) for point in points)
         )
@@ -118,25 +132,53 @@ class Region:
 
     @cached_property
     def to_picture(self) -> Array:
-        """Homography from shares along and across the strip to column and row, shape (3, 3).
+        """Homography from shares along and across the strip to the picture without distortion.
 
-        The four corners give eight linear equations (Hartley and Zisserman, Multiple View
-        Geometry, 2nd ed., section 2.3).
+        Of shape (3, 3).  The four corners give eight linear equations (Hartley and Zisserman,
+        Multiple View Geometry, 2nd ed., section 2.3).
         """
         rows, right = [], []
-        for (u, v), (column, row) in zip(UNIT_SQUARE, self.corners, strict=True):
+        straight = undistorted(self.corners, self.size, self.distortion)
+        for (u, v), (column, row) in zip(UNIT_SQUARE, straight, strict=True):
             rows += [[u, v, 1, 0, 0, 0, -u * column, -v * column]]
             rows += [[0, 0, 0, u, v, 1, -u * row, -v * row]]
             right += [column, row]
         return np.append(np.linalg.solve(np.array(rows), np.array(right)), 1.0).reshape(3, 3)
 
+    @cached_property
+    def _from_picture(self) -> Array:
+        return np.asarray(np.linalg.inv(self.to_picture), dtype=float)
+
     def points(self, places: ArrayLike) -> Array:
         """Columns and rows of places on the strip, shape (..., 2) of shares along and across."""
-        return _projected(self.to_picture, places)
+        straight = _projected(self.to_picture, places)
+        return distorted(straight, self.size, self.distortion)
 
     def places(self, points: ArrayLike) -> Array:
         """Shares along and across the strip, 0 to 1, of columns and rows, shape (..., 2)."""
-        return _projected(np.asarray(np.linalg.inv(self.to_picture), dtype=float), points)
+        straight = undistorted(points, self.size, self.distortion)
+        return _projected(self._from_picture, straight)
+
+    def outline(self, margin: float = 0.0) -> Array:
+        """Columns and rows along the edges, or beside the long ones, back to the first, (k, 2).
+
+        Parameters
+        ----------
+        margin : float
+            Share of the width between the long edges and what is outlined.
+        """
+        corners = np.array(
+            [[0, margin], [1, margin], [1, 1 - margin], [0, 1 - margin], [0, margin]]
+        )
+        share = np.linspace(0, 1, OUTLINE)[:, None]
+        return self.points(np.concatenate([a + share * (b - a) for a, b in pairwise(corners)]))
+
+    @cached_property
+    def bounds(self) -> tuple[Index, Index]:
+        """First column and row of the picture that see the strip, and those behind the last."""
+        outline = self.outline()
+        low = np.maximum(np.floor(outline.min(axis=0)).astype(np.intp), 0)
+        return low, np.minimum(np.ceil(outline.max(axis=0)).astype(np.intp) + 1, self.size)
 
     @property
     def length(self) -> float:
@@ -171,6 +213,7 @@ class Region:
             f"bits = {self.bits}",
             f"margin = {self.margin!r}  # share of the width left out on either side",
             f'mosaic = "{self.mosaic}"',
+            f"distortion = {self.distortion!r}  # of the lens, at the picture's corners",
         ]
         with whole_file(path) as unfinished:
             unfinished.write_text("\n".join([*lines, ""]), encoding="utf-8")
@@ -198,6 +241,40 @@ class Region:
             return cls(**values)
         except (TypeError, ValueError) as error:
             raise InputError(f"{path}: {error}") from None
+
+
+def undistorted(points: ArrayLike, size: tuple[int, int], distortion: float) -> Array:
+    """Where a lens without distortion would show what is seen at points, shape (..., 2).
+
+    The division model (Fitzgibbon, CVPR 2001, doi:10.1109/CVPR.2001.990465) about the middle.
+
+    Parameters
+    ----------
+    points : array_like, shape (..., 2)
+        Columns and rows.
+    size, distortion
+        As of `Region`.
+    """
+    seen = np.asarray(points, dtype=float)
+    if distortion == 0:
+        return seen
+    middle, square = _from_middle(seen, size)
+    return middle + (seen - middle) / (1 + distortion * square)
+
+
+def distorted(points: Array, size: tuple[int, int], distortion: float) -> Array:
+    """Where a lens shows what it would at points without distortion, shape (..., 2)."""
+    if distortion == 0:
+        return points
+    middle, square = _from_middle(points, size)
+    return middle + (points - middle) * 2 / (1 + np.sqrt(1 - 4 * distortion * square))
+
+
+def _from_middle(points: Array, size: tuple[int, int]) -> tuple[Array, Array]:
+    """The picture's middle, and squared distances from it in half diagonals, shape (..., 1)."""
+    middle = (np.array(size) - 1) / 2
+    square = np.square(points - middle).sum(axis=-1, keepdims=True)
+    return middle, square / np.square(np.array(size) / 2).sum()
 
 
 def _projected(homography: Array, points: ArrayLike) -> Array:

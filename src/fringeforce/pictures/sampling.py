@@ -188,10 +188,8 @@ def _weights(region: Region, pixels: int, channel: str) -> tuple[Index, csr_arra
             f"camera {pixels}; state pixels = {int(region.length / period)} or fewer in the "
             "design, or have this camera described in a new one:  fringeforce extract --design FILE"
         )
-    columns, rows = region.size
-    corners = np.array(region.corners)
-    low = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
-    high = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, (columns, rows))
+    columns = region.size[0]
+    low, high = region.bounds
     row, column = np.mgrid[low[1] : high[1], low[0] : high[0]]
     if region.sites:
         wanted = np.array([site == channel for site in region.sites])

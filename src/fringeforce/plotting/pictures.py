@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fringeforce.base.storage import writing
-from fringeforce.pictures.region import Region
 from fringeforce.pictures.sampling import Sampler
 from fringeforce.plotting.axes import STYLE
 
@@ -40,8 +39,8 @@ def draw_region(sampler: Sampler, picture: NDArray[Any], path: Path) -> None:
         canvas = Figure(figsize=(8, 5), layout="constrained")
         above, below = canvas.subplots(2, 1)
         above.imshow(drawn, interpolation="nearest" if picture.shape[1] < 800 else "antialiased")
-        _outline(above, region, 0.0, "yellow", "strip")
-        _outline(above, region, region.margin, "cyan", "averaged")
+        above.plot(*region.outline().T, color="yellow", lw=0.8, label="strip")
+        above.plot(*region.outline(region.margin).T, color="cyan", lw=0.8, label="averaged")
         start = np.array(region.corners)[[0, 3]].mean(axis=0)
         above.annotate(
             "x", region.points([0.12, 0.5]), start, color="yellow", va="center",
@@ -64,8 +63,3 @@ def draw_region(sampler: Sampler, picture: NDArray[Any], path: Path) -> None:
         if len(lines) > 1:
             below.legend(fontsize="small")
         canvas.savefig(path, dpi=120)
-
-
-def _outline(ax: Any, region: Region, margin: float, colour: str, label: str) -> None:
-    square = [[0, margin], [1, margin], [1, 1 - margin], [0, 1 - margin], [0, margin]]
-    ax.plot(*region.points(square).T, color=colour, lw=0.8, label=label)
