@@ -60,6 +60,17 @@ def test_places_before_a_lens_that_distorts_are_found(brown: float, beside: floa
     assert region.distortion == pytest.approx(brown, rel=0.3)
 
 
+def test_edges_without_noise_or_through_the_middle_tell_of_no_distortion() -> None:
+    """The upper edge runs along the middle row, where no lens bends it."""
+    for first, last in ((20, 60), (40, 70)):
+        picture = np.full((81, 220), 5, dtype=np.uint8)
+        picture[first:last, 10:210] = 200
+        region = ff.find_region([picture])
+        edges = [(9.5, first - 0.5), (209.5, first - 0.5), (209.5, last - 0.5), (9.5, last - 0.5)]
+        np.testing.assert_allclose(region.corners, edges, atol=0.05)
+        assert region.distortion == 0
+
+
 def test_a_distortion_is_kept_in_the_file_and_stated_for_corners(tmp_path: Path) -> None:
     corners = [(20, 30), (380, 30), (380, 80), (20, 80)]
     region = ff.Region(corners, SIZE, distortion=-0.03)

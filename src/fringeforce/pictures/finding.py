@@ -33,6 +33,8 @@ OUTLYING = 0.3
 """Distance of a point from its edge beyond which it counts less and less [pixels]."""
 SMOOTHING = 1.0
 """Standard deviation of the smoothing before edges are looked for [pixels]."""
+SHARPEST = 0.01
+"""Least standard deviation of a point of an edge; drawings without noise leave none [pixels]."""
 SURELY = 5.0
 """Standard deviations from which edges tell that the lens distorts."""
 ASPECT = 0.1
@@ -242,16 +244,17 @@ def _distortion(edges: list[_Edge], size: tuple[int, int]) -> float:
     Edges that do not agree, as rough ones do not, tell less, by Birge's ratio (Phys. Rev. 40, 207,
     1932).
     """
-    found, variance = np.array([_bent(edge, size) for edge in edges]).T
-    weight = 1 / variance
-    mean = float(found @ weight / weight.sum())
+    found, weight = np.array([_bent(edge, size) for edge in edges]).T
+    whole = float(weight.sum())
+    if not whole > 0:  # a line through the middle of the picture stays straight
+        return 0.0
+    mean = float(found @ weight) / whole
     ratio = float(np.square(found - mean) @ weight) / (len(edges) - 1)
-    spread = np.sqrt(max(1.0, ratio) / weight.sum())
-    return mean if abs(mean) > SURELY * spread else 0.0
+    return mean if mean**2 * whole > SURELY**2 * max(1.0, ratio) else 0.0
 
 
 def _bent(edge: _Edge, size: tuple[int, int]) -> tuple[float, float]:
-    """The distortion that leaves one edge straight, and its variance."""
+    """The distortion that leaves one edge straight, and the information about it."""
     run = edge.apart[0] / max(float(edge.apart[0].max()), 1.0)
 
     def left(unknowns: Array) -> Array:
@@ -263,10 +266,12 @@ def _bent(edge: _Edge, size: tuple[int, int]) -> tuple[float, float]:
         left, np.zeros(3), loss="soft_l1", f_scale=OUTLYING, x_scale=most.clip(0, 1),
         bounds=(-most, most),
     )  # fmt: skip
-    variance = 2 * fit.cost / len(run) * np.linalg.inv(fit.jac.T @ fit.jac)[0, 0]
+    lines, _ = np.linalg.qr(fit.jac[:, 1:])
+    by = fit.jac[:, 0] - lines @ (lines.T @ fit.jac[:, 0])  # that no line follows
+    variance = max(2 * fit.cost / len(run), SHARPEST**2)
     # points that are nearer to each other than smoothing reaches err alike
-    apart = float(np.ptp(edge.apart[0])) / len(run)
-    return float(fit.x[0]), variance * max(1.0, 2 * np.sqrt(np.pi) * SMOOTHING / apart)
+    alike = max(1.0, 2 * np.sqrt(np.pi) * SMOOTHING * len(run) / float(np.ptp(edge.apart[0])))
+    return float(fit.x[0]), float(by @ by) / (variance * alike)
 
 
 def _meet(one: tuple[Array, float], other: tuple[Array, float]) -> Array:
