@@ -144,13 +144,13 @@ def extract(
     else:
         levels = bits_of(first, bits, sensor.camera.bits)
         size = (first[0].shape[1], first[0].shape[0])
+        bent = None if distortion is None else _share(distortion)
         if corners is None:
             seen = first if outline is None else first_pictures([outline])
             aspect = sensor.transducer.length / sensor.transducer.width
-            found = find_region(seen, levels, margin, mosaic, aspect, _share(distortion))
+            found = find_region(seen, levels, margin, mosaic, aspect, bent)
         else:
-            bent = _share(distortion) or 0.0
-            found = Region(_corners(corners), size, levels, margin, mosaic, bent)
+            found = Region(_corners(corners), size, levels, margin, mosaic, bent or 0.0)
         if region is not None:
             found.save(region)
             print(f"{region}: where the sensor is in the pictures")
@@ -197,15 +197,14 @@ def _corners(text: str) -> Any:
         ) from None
 
 
-def _share(text: str | None) -> float | None:
+def _share(text: str) -> float:
     from fringeforce.base.errors import InputError
+    from fringeforce.design.fields import percent
 
-    if text is None:
-        return None
     try:
-        return float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
-    except ValueError:
-        raise InputError(f'--distortion "{text}" is no share; write "-2 %" or -0.02.') from None
+        return float(percent(text))
+    except ValueError as error:
+        raise InputError(f'--distortion "{text}" {error}.') from None
 
 
 def _described(region: Region) -> str:

@@ -62,7 +62,7 @@ if not TYPE_CHECKING:
 Share = Annotated[Finite, Field(ge=0, le=1)]
 
 
-def _percent(value: Any) -> Any:
+def percent(value: Any) -> Any:
     """A share written in per cent, "1 %", as a number."""
     if not isinstance(value, str):
         return value
@@ -72,7 +72,7 @@ def _percent(value: Any) -> Any:
         raise ValueError('is no share; write a number or per cent, such as "1 %"') from None
 
 
-Percent = Annotated[Finite, Field(ge=0), BeforeValidator(_percent)]
+Percent = Annotated[Finite, Field(ge=0), BeforeValidator(percent)]
 """A share of something, 0.01 or "1 %"."""
 Visibility = Annotated[Finite, Field(gt=0, le=1)]
 """Visibility of fringes, (brightest - darkest) / (brightest + darkest)."""
