@@ -26,12 +26,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import av
 import numpy as np
-import tifffile
 from departures import FAR, INTERVAL, Bench, exact_influence, intensity
 from numpy.typing import NDArray
-from PIL import Image
 from scipy.spatial.transform import Rotation
 
 import fringeforce as ff
@@ -40,7 +37,8 @@ from fringeforce.pictures.extraction import extract_frames, first_pictures
 from fringeforce.pictures.sampling import channels_of
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "pictures"))
-from rendering import Scene  # pyrefly: ignore[missing-import] of the tests
+import storing  # pyrefly: ignore[missing-import] of the tests
+from rendering import Scene  # pyrefly: ignore[missing-import]
 
 Array = NDArray[np.float64]
 SCENES, LOADS, SEED = 25, 4, 0
@@ -72,64 +70,14 @@ def scene(rng: np.random.Generator) -> Scene:
     return Scene(ends, SIZE, uneven=rng.uniform(-UNEVEN, UNEVEN))
 
 
-def stored(shares: Array, rng: np.random.Generator, bits: int = 8) -> NDArray[Any]:
-    """Pictures with noise, rounded and clipped."""
-    top = 2**bits - 1
-    levels = np.rint(top * (shares + rng.normal(0, NOISE, shares.shape)))
-    return levels.clip(0, top).astype(np.uint8 if bits <= 8 else np.uint16)
-
-
-def encoded(light: Array) -> Array:
-    """Light in the curve of IEC 61966-2-1."""
-    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-
-
-def png(pictures: Array, folder: Path, rng: np.random.Generator) -> None:
-    """8 bits."""
-    for number, picture in enumerate(stored(pictures, rng)):
-        Image.fromarray(picture).save(folder / f"{number}.png")
-
-
-def tiff(pictures: Array, folder: Path, rng: np.random.Generator) -> None:
-    """12 bits."""
-    deep = stored(pictures, rng, bits=12)
-    tifffile.imwrite(folder / "stack.tif", deep, photometric="minisblack")
-
-
-def jpeg(pictures: Array, folder: Path, rng: np.random.Generator) -> None:
-    """Quality 85."""
-    for number, picture in enumerate(stored(encoded(pictures), rng)):
-        Image.fromarray(picture).save(folder / f"{number}.jpg", quality=85)
-
-
-def video(pictures: Array, folder: Path, rng: np.random.Generator) -> None:
-    """H.264."""
-    with av.open(str(folder / "film.mp4"), "w") as container:
-        stream: Any = container.add_stream("libx264", rate=25, options={"crf": "18"})
-        stream.height, stream.width = pictures.shape[1:]
-        stream.pix_fmt = "yuv420p"
-        for picture in stored(pictures, rng):
-            frame = av.VideoFrame.from_ndarray(np.repeat(picture[..., None], 3, 2), "rgb24")
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode())
-
-
-def bayer(pictures: Array, folder: Path, rng: np.random.Generator) -> None:
-    """Raw, under a red LED, of which green and blue pixels see a little."""
-    seen = 0.08 * pictures
-    seen[:, ::2, ::2] = pictures[:, ::2, ::2]
-    seen[:, 1::2, 1::2] = 0.03 * pictures[:, 1::2, 1::2]
-    np.save(folder / "raw.npy", stored(seen, rng))
-
-
 KINDS: dict[str, tuple[Callable[..., None], dict[str, Any], str, bool]] = {
-    "PNG": (png, {}, "linear", False),
-    "TIFF of 12 bits": (tiff, {"bits": 12}, "linear", False),
-    "JPEG in sRGB": (jpeg, {}, "sRGB", False),
-    "H.264": (video, {}, "linear", False),
-    "Bayer, red light": (bayer, {"mosaic": "RGGB"}, "linear", False),
-    "PNG, bent by lens": (png, {}, "linear", True),
-    "the same, untold": (png, {"distortion": 0.0}, "linear", True),
+    "PNG": (storing.png, {}, "linear", False),
+    "TIFF of 12 bits": (storing.tiff_of_12_bits, {"bits": 12}, "linear", False),
+    "JPEG in sRGB": (storing.jpeg_in_srgb, {}, "sRGB", False),
+    "H.264": (storing.video, {}, "linear", False),
+    "Bayer, red light": (storing.bayer_under_red_light, {"mosaic": "RGGB"}, "linear", False),
+    "PNG, bent by lens": (storing.png, {}, "linear", True),
+    "the same, untold": (storing.png, {"distortion": 0.0}, "linear", True),
 }
 """How pictures are stored, what is told of them, the response, and whether the lens distorts."""
 
@@ -161,7 +109,7 @@ def perfect(
     """Lines of a camera that looks where it is drawn."""
     camera = own.camera
     shone = shares(sensor, forces, own.pixel_positions)
-    shone = encoded(shone) if camera.response == "sRGB" else shone
+    shone = storing.in_srgb(shone) if camera.response == "sRGB" else shone
     levels = camera.full_scale * shone + camera.noise * rng.standard_normal(shone.shape)
     return np.clip(np.rint(levels), 0, camera.full_scale).astype(np.uint16)
 
@@ -182,7 +130,10 @@ def main() -> None:
         lenses = {False: seen, True: replace(seen, brown=rng.uniform(*DISTORTION))}
         light = shares(sensor, forces, x)
         pictures = {k: np.array([own.picture(one) for one in light]) for k, own in lenses.items()}
-        even = {k: stored(own.picture(np.full(1000, 0.7)), rng) for k, own in lenses.items()}
+        even = {
+            k: storing.quantised(own.picture(np.full(1000, 0.7)), NOISE, rng=rng)
+            for k, own in lenses.items()
+        }
         for name, (store, told, response, bent) in KINDS.items():
             with tempfile.TemporaryDirectory() as place:
                 folder = Path(place)

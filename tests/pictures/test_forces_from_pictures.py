@@ -4,14 +4,20 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import av
 import numpy as np
 import pytest
-import tifffile
 from numpy.typing import NDArray
 from PIL import Image
 from rendering import Scene
 from scipy.stats import binom, chi2
+from storing import (
+    bayer_under_red_light,
+    jpeg_in_srgb,
+    png,
+    quantised,
+    tiff_of_12_bits,
+    video,
+)
 from typer.testing import CliRunner
 
 import fringeforce as ff
@@ -22,48 +28,6 @@ from fringeforce.pictures.sampling import channels_of
 from fringeforce.reading.reading import Status
 
 Levels = NDArray[np.float64]
-
-
-def quantised(shares: Levels, noise: float, bits: int = 8, seed: int = 0) -> NDArray[Any]:
-    """Noise as a share of the full scale, rounded and clipped."""
-    top = 2**bits - 1
-    noisy = top * (shares + np.random.default_rng(seed).normal(0, noise, shares.shape))
-    return np.clip(np.rint(noisy), 0, top).astype(np.uint8 if bits <= 8 else np.uint16)
-
-
-def png(pictures: Levels, folder: Path) -> None:
-    for number, picture in enumerate(quantised(pictures, 0.01)):
-        Image.fromarray(picture).save(folder / f"{number}.png")
-
-
-def tiff_of_12_bits(pictures: Levels, folder: Path) -> None:
-    deep = quantised(pictures, 0.01, bits=12)
-    tifffile.imwrite(folder / "stack.tif", deep, photometric="minisblack")
-
-
-def jpeg_in_srgb(pictures: Levels, folder: Path) -> None:
-    low = pictures <= 0.0031308  # IEC 61966-2-1
-    coded = np.where(low, 12.92 * pictures, 1.055 * pictures ** (1 / 2.4) - 0.055)
-    for number, picture in enumerate(quantised(coded, 0.01)):
-        Image.fromarray(picture).save(folder / f"{number}.jpg", quality=85)
-
-
-def video(pictures: Levels, folder: Path) -> None:
-    with av.open(str(folder / "film.mp4"), "w") as container:
-        stream: Any = container.add_stream("libx264", rate=25, options={"crf": "18"})
-        stream.height, stream.width = pictures.shape[1:]
-        stream.pix_fmt = "yuv420p"
-        for picture in quantised(pictures, 0.01):
-            frame = av.VideoFrame.from_ndarray(np.repeat(picture[..., None], 3, 2), "rgb24")
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode())
-
-
-def bayer_under_red_light(pictures: Levels, folder: Path) -> None:
-    seen = 0.08 * pictures  # green pixels
-    seen[:, ::2, ::2] = pictures[:, ::2, ::2]
-    seen[:, 1::2, 1::2] = 0.03 * pictures[:, 1::2, 1::2]
-    np.save(folder / "raw.npy", quantised(seen, 0.01))
 
 
 KINDS: dict[Callable[[Levels, Path], None], dict[str, Any]] = {

@@ -146,6 +146,17 @@ def _open_stretch(nodes, stretches, begin, hidden):
     return end, light > hidden.least or once > hidden.once
 
 
+@apart
+def _close(nodes, stretches, hidden):
+    """Take open stretches whose mirror images are other readings to be on their sides."""
+    begin = 0
+    while begin < len(nodes):
+        end, another = _open_stretch(nodes, stretches, begin, hidden)
+        if another:
+            stretches.sides[begin:end] = _order(nodes[begin])
+        begin = max(end, begin + 1)
+
+
 @sums_entry
 def stretches_of(nodes, hidden):
     """On which sides of multiples of pi a phase is as one frame tells it.
@@ -166,12 +177,7 @@ def stretches_of(nodes, hidden):
         square[k] = _off(nodes[k]) ** 2
     alone = np.full(len(nodes), OPEN, np.int64)
     stretches = Stretches(sides, nodes.copy(), square, np.ones(1), alone, nodes.copy())
-    begin = 0
-    while begin < len(nodes):
-        end, another = _open_stretch(nodes, stretches, begin, hidden)
-        if another:
-            sides[begin:end] = _order(nodes[begin])
-        begin = max(end, begin + 1)
+    _close(nodes, stretches, hidden)
     return stretches
 
 
@@ -338,9 +344,4 @@ def close(nodes, stretches, hidden, far):
         for k in range(len(nodes)):
             if stretches.sides[k] == OPEN:
                 stretches.alone[k] = _order(nodes[k])
-    begin = 0
-    while begin < len(nodes):
-        end, another = _open_stretch(nodes, stretches, begin, hidden)
-        if another:
-            stretches.sides[begin:end] = _order(nodes[begin])
-        begin = max(end, begin + 1)
+    _close(nodes, stretches, hidden)
