@@ -9,6 +9,7 @@ from fringeforce.estimation.phase_stretches import (
     Hidden,
     Stretches,
     close,
+    crossed,
     emerged,
     stretches_of,
 )
@@ -101,6 +102,28 @@ def test_a_stretch_that_only_unlikely_errors_turn_is_on_its_side() -> None:
         stretches = stretches_of(phase(0.02, -2.0), HIDDEN)
         known = np.array([0.0, 1.0, 0.0, 0.0])
         assert comes_out(phase(0.5, -2.0), stretches, HIDDEN, columns, known) == open_
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "told"),
+    [
+        (phase(0.5, -2.0), phase(-0.5, -2.0), True),
+        (phase(0.5, -2.0), phase(0.5, -1.9), False),
+        (phase(0.5, -2.0), phase(-0.02, -2.0), False),  # dark, and may come out on either side
+        (phase(0.02, -2.0), phase(-0.5, -2.0), False),  # was dark
+        (0.5 * BUMP - 0.1, 0.5 * BUMP - 0.11, False),  # where it meets the multiple moves
+    ],
+)
+def test_a_phase_crosses_a_multiple_where_light_shows_it_on_both_sides(
+    before: np.ndarray, now: np.ndarray, told: bool
+) -> None:
+    """A side that is known lasts, and the filter does not take the frame."""
+    stretches = stretches_of(before, HIDDEN)
+    assert crossed(now.astype(np.float32), stretches.sides, stretches.square, HIDDEN) == told
+    sides = stretches.sides.copy()
+    if told:
+        assert comes_out(now, stretches, HIDDEN, LOADS)
+        np.testing.assert_array_equal(stretches.sides, sides)
 
 
 @pytest.mark.parametrize(

@@ -211,6 +211,28 @@ def test_a_stretch_that_comes_out_of_the_dark_is_never_on_the_wrong_side() -> No
     assert (squares > chi2.isf(1e-6, 2 * N)).mean() < 0.01
 
 
+def test_the_faint_side_of_a_touch_is_never_read_as_its_mirror_image() -> None:
+    """A touch at one end leaves a phase of -0.11 rad at the other; +0.11 would take a pull.
+
+    Noise of single frames leads fits that know of no friction to the mirror image.
+    """
+    sensor, wrong = drawing(), 0
+    bench = Bench(sensor, sensor.tactels.positions, np.full(N, 1e-6))
+    reader = ff.Reader(ff.characterize(sensor))
+    forces = np.zeros((1000, N, 2))
+    forces[:, 6:, 0] = np.outer(np.linspace(0.97, 1.03, 1000), [0.1, 0.3, 0.6, 0.7, 0.5])
+    for seed in range(6):
+        reader.reset()
+        frames = bench.frames(forces, np.random.default_rng([3, seed]))
+        batch = reader.read_on(frames, covariance=True)
+        assert batch.covariance is not None
+        assert (batch.status == ff.Status.OK).all()
+        off = (batch.forces - forces).reshape(-1, 2 * N)
+        squares = np.einsum("ka,kab,kb->k", off, np.linalg.inv(batch.covariance), off)
+        wrong += int((squares > chi2.isf(1e-6, 2 * N)).sum())
+    assert wrong <= 6  # one in a thousand
+
+
 def test_what_one_frame_leaves_open_many_together_settle(model) -> None:
     """The mean is searched after 4, 16, ... and 1,024 frames; that of 256 may leave a rival."""
     place = model.sensor.tactels.positions

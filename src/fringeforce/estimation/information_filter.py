@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,13 +50,14 @@ from fringeforce.estimation.linearised_frame import (
     shared_information,
 )
 from fringeforce.estimation.phase_stretches import (
-    OPEN,
     Hidden,
     Stretches,
     close,
+    crossed,
     emerged,
     motion,
     stretches_of,
+    undecided_nodes,
 )
 from fringeforce.estimation.pixel_columns import Single, pixels_of
 from fringeforce.estimation.posterior import Top, covariance_of_products, products
@@ -83,6 +85,21 @@ FAR_STEPS = 20
 """Most steps of a climb with all unknowns."""
 
 
+class Undecided(NamedTuple):
+    """What may be on either side of a multiple of pi.
+
+    Attributes
+    ----------
+    nodes : ndarray of bool, shape (m,)
+        Nodes of the phase.
+    rival : ndarray, shape (size,), or None
+        Unknowns of the likeliest explanation that has another phase there, if any was met.
+    """
+
+    nodes: NDArray[np.bool_]
+    rival: Array | None = None
+
+
 @dataclass
 class InformationFilter:
     """What is known of the unknowns of a strip from frame to frame.
@@ -103,9 +120,9 @@ class InformationFilter:
         What noise hides of a phase beside multiples of pi.
     unknowns : ndarray, shape (size,)
         Of the last frame.
-    open : ndarray of bool, shape (m,), or None
-        Where the phase of a frame that was not read may be on either side of a multiple of pi, if
-        it was not read because a stretch of it came out of what noise hides.
+    undecided : Undecided or None
+        Of a frame that was not read because a stretch of its phase may be on either side of a
+        multiple of pi.
     """
 
     model: FrameModel
@@ -115,7 +132,7 @@ class InformationFilter:
     faint: float
     hidden: Hidden
     unknowns: Array
-    open: NDArray[np.bool_] | None = field(default=None, init=False)
+    undecided: Undecided | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         self._pixels, self._age = pixels_of(self.model, self.used), 0
@@ -182,7 +199,9 @@ class InformationFilter:
         )  # fmt: skip
         self._age += done
         if why == EMERGED:
-            self.open = self._reference.stretches.sides == OPEN
+            assert self._standing is not None
+            own = undecided_nodes(self._standing.nodes, self._reference.stretches.sides)
+            self.undecided = Undecided(own)
         aged = why == DONE and done < len(frames)
         return done, AGEING if aged else why
 
@@ -227,22 +246,29 @@ class InformationFilter:
             return None
         known = self._reference
         assert known is not None
+        sides, square = known.stretches.sides, known.stretches.square
+        if crossed(nodes, sides, square, self.hidden):
+            self.undecided = Undecided(undecided_nodes(nodes, sides), top.unknowns)
+            return None
         if emerged(nodes, known.stretches, self.hidden, known.columns, known.known):
-            self.open = known.stretches.sides == OPEN
-            rise = self._nearest_rival(top, prior, frame, images(top, self.open))
+            own = undecided_nodes(nodes, sides)
+            rise, rival = self._nearest_rival(top, prior, frame, images(top, own))
             if rise < NEGLIGIBLE_LOSS:
+                self.undecided = Undecided(own, rival)
                 return None
             close(nodes, known.stretches, self.hidden, rise >= FAR_FROM_RIVAL)
         self.unknowns[:] = top.unknowns
         self._linearised(about, prior)
         return top
 
-    def _nearest_rival(self, top: Top, prior: Prior, frame: Array, starts: Array) -> float:
-        """How much larger the loss is of the likeliest other phase that starts lead to.
+    def _nearest_rival(
+        self, top: Top, prior: Prior, frame: Array, starts: Array
+    ) -> tuple[float, Array | None]:
+        """The likeliest other phase that starts lead to: how much larger its loss is, and unknowns.
 
         Climbs end at one that has weight, and where they do not lead below `FAR_FROM_RIVAL`.
         """
-        phase, least = node_phase(self.model, top.unknowns), np.inf
+        phase, least, rival = node_phase(self.model, top.unknowns), np.inf, None
         told, met = self.hidden.along(len(phase)), MetPhases()
         met.add(phase, told)
         for start in starts:
@@ -252,11 +278,15 @@ class InformationFilter:
             met.add(image, told)
             steps = FAR_STEPS, CONVERGED, top.loss + FAR_FROM_RIVAL
             found, loss, *_ = climb(self.model, prior, frame, start, 1.0, *steps)
-            if np.abs(node_phase(self.model, found) - phase).max() > told:
-                least = min(least, loss - top.loss)
+            if loss < top.loss + least and self._apart(found, phase) > told:
+                least, rival = loss - top.loss, found
             if least < NEGLIGIBLE_LOSS:
                 break
-        return least
+        return least, rival
+
+    def _apart(self, unknowns: Array, phase: Array) -> float:
+        """Largest difference of the phase under unknowns from another, shape (m,) [rad]."""
+        return float(np.abs(node_phase(self.model, unknowns) - phase).max())
 
     def _prior(self) -> Prior:
         """What is known before the next frame."""

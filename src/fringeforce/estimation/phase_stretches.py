@@ -213,6 +213,33 @@ def _still(nodes, before, hidden):
     return 4 * way < hidden.difference or 4 * motion(nodes, before) < hidden.difference
 
 
+@sums_entry
+def crossed(nodes, sides, square, hidden):
+    """Whether light tells a phase from what is known of it: that it is on the other side.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (m,)
+        The phase [rad].
+    sides : ndarray of int, shape (m,)
+        Between which multiples of pi it is known to be, as of `Stretches`.
+    square : ndarray, shape (m,)
+        Squared distance to the next multiple where that is known [rad^2]; light tells a stretch if
+        it does so of both sides.
+    hidden : Hidden
+        What noise hides of it.
+
+    Returns
+    -------
+    bool
+    """
+    light = 0.0
+    for k in range(len(nodes)):
+        if sides[k] != OPEN and sides[k] != _order(nodes[k]):
+            light += _light(min(square[k], _off(nodes[k]) ** 2), hidden)
+    return light > hidden.least
+
+
 @apart
 def _renewed(nodes, stretches, hidden):
     """Take a phase into what is known of its sides; they are open where it may have crossed.
@@ -309,6 +336,8 @@ def emerged(nodes, stretches, hidden, columns, precision):
     """
     if not np.isfinite(hidden.difference):
         return False
+    if crossed(nodes, stretches.sides, stretches.square, hidden):
+        return True  # a step of a fit did, which the phase cannot from one frame to the next
     _renewed(nodes, stretches, hidden)
     begin = 0
     while begin < len(nodes):
@@ -319,6 +348,16 @@ def emerged(nodes, stretches, hidden, columns, precision):
             stretches.sides[begin:end] = _order(nodes[begin])
         begin = max(end, begin + 1)
     return False
+
+
+def undecided_nodes(nodes: NDArray[np.floating], sides: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Where a phase at nodes (m,) is not on the side (m,) on which it is known to be."""
+    return sides != sides_of(nodes)
+
+
+def sides_of(nodes: NDArray[np.floating]) -> NDArray[np.int64]:
+    """Between which multiples of pi a phase at nodes (m,) is, whether light tells it or not."""
+    return np.floor(nodes / np.pi).astype(np.int64)
 
 
 @sums_entry

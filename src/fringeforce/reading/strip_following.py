@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fringeforce.contacts.friction_cone import within_friction_cone
 from fringeforce.estimation.followed_frames import AGEING, DONE, EMERGED, STALE
 from fringeforce.estimation.frame_exposure import node_phase
-from fringeforce.estimation.information_filter import InformationFilter
+from fringeforce.estimation.information_filter import InformationFilter, Undecided
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_VERDICT
 from fringeforce.reading.batch import Batch, Progress
@@ -114,7 +114,7 @@ class StripFollower(Follower):
         self._shift: StrainShift | None = None
         self._seen_with_it = 0
         self._earlier = deque[NDArray[Any]](maxlen=ALIKE_FRAMES)
-        self._within: Mask | None = None
+        self._undecided: Undecided | None = None
         self._several: Located | None = None
         self._total = np.empty(0)
         self._retests = Retests()
@@ -209,7 +209,7 @@ class StripFollower(Follower):
 
     def _read_alone(self, levels: NDArray[Any], used: Mask) -> Reading:
         centre = self._reader.uncertain.centre
-        known = Before(self._last, self._earlier, self._within, centre)
+        known = Before(self._last, self._earlier, self._undecided, centre)
         reading, located = self._single.followed(levels, used, known)
         before = self._begun
         self._filter = self._begun = self._last = self._held = self._several = None
@@ -294,7 +294,7 @@ class StripFollower(Follower):
         self._earlier.extend(levels[max(done - ALIKE_FRAMES, 0) : done].copy())
         # of an ambiguous phase any stretch may be on either side
         sure = self._begun is not None and self._begun.ok
-        self._within = own.open if sure else None
+        self._undecided = own.undecided if sure else None
         bent = self._single.higher_orders is not None and self._bent(own)
         if bent or done < len(levels):
             self._filter = None

@@ -22,12 +22,13 @@ from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.frame_loss import Prior, pulls_at
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.hypotheses import mixture
+from fringeforce.estimation.information_filter import Undecided
 from fringeforce.estimation.likelihood import NO_BIAS
 from fringeforce.estimation.linearised_frame import (
     Linearised,
     linearise,
 )
-from fringeforce.estimation.phase_stretches import NOTHING, Hidden
+from fringeforce.estimation.phase_stretches import NOTHING, Hidden, crossed, sides_of
 from fringeforce.estimation.posterior import (
     PRIOR_ROUNDS,
     Bins,
@@ -147,7 +148,7 @@ class Before:
         Of the last frame, if it is to be followed.
     frames : sequence of ndarray, shape (P,)
         Grey levels of the last frames that were read, of the same pixels, the last one last.
-    within : ndarray of bool, shape (m,), or None
+    undecided : Undecided, or None
         Where the phase may be another than what goes on from the last frame; None if anywhere.
     centre : mapping
         Values about which the last frame was read, as of `Uncertainty.centre`.
@@ -155,7 +156,7 @@ class Before:
 
     unknowns: Array | None = None
     frames: Sequence[NDArray[Any]] = ()
-    within: Mask | None = None
+    undecided: Undecided | None = None
     centre: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -309,7 +310,7 @@ class StripFrameReader(StripFrames):
         if (last := before.unknowns) is not None:
             posterior = self._centred(posterior, last)
             top = posterior.climbed(last, heats=(), steps=(0, FOLLOWING_STEPS))
-            if (met := self._onward(posterior, top, last, before.within)) is not None:
+            if (met := self._onward(posterior, top, last, before.undecided)) is not None:
                 return self._stated(met, tracked=True, earlier=before.frames)
         silent = self._silent(posterior)
         if silent is not None and self._plainly_nothing(posterior, silent):
@@ -353,7 +354,7 @@ class StripFrameReader(StripFrames):
         return reading, located
 
     def _onward(
-        self, posterior: Posterior, top: Top, last: Array, within: Mask | None
+        self, posterior: Posterior, top: Top, last: Array, undecided: Undecided | None
     ) -> Explanations | None:
         """A top that goes on from the unknowns of the last frame, with its rivals; or none.
 
@@ -366,7 +367,9 @@ class StripFrameReader(StripFrames):
         if not self._tolerated(posterior, top.unknowns) or not met.explains(top, FALSE_VERDICT):
             return None
         if np.isfinite(self.mirrored.difference):
-            met.keep(posterior.settled(top.unknowns, BINS))
+            within, rival = undecided or (None, None)
+            for start in (top.unknowns,) if rival is None else (top.unknowns, rival):
+                met.keep(posterior.settled(start, BINS))
             self._frame_search.improve(met, met.rough[0], stop=False, within=within)
             met.settle()
         near = np.abs(posterior.phase(met.tops[0]) - before).max() <= JUMP
@@ -538,7 +541,7 @@ class StripFrameReader(StripFrames):
             met = Explanations(posterior, [posterior.settled(top.unknowns) for top in met.tops])
             weighed, status = met.weighed(earlier), None
         if status is None and not self.beside and met.posterior.prior.friction > 0:
-            met, weighed = _freed(met, weighed)
+            met, weighed = self._freed(met, weighed)
         posterior = met.posterior
         best, count = weighed[0], posterior.model.at.loads
         same = [one_reading(one, best, self.hidden) for one in weighed]
@@ -592,6 +595,24 @@ class StripFrameReader(StripFrames):
             loads, covariance, best.top, status, probability, limited, alternatives, tracked, detail
         )
         return reading, located
+
+    def _freed(
+        self, met: Explanations, weighed: list[Weighed]
+    ) -> tuple[Explanations, list[Weighed]]:
+        """Explanations fitted without friction, with the weights that they have with it.
+
+        Where contacts are as drawn the phase tells the loads.  Friction would hold the errors of
+        those that nothing touches below their deviations, which leave it out.  A fit that ends at
+        a mirror image is another explanation, which friction excludes.
+        """
+        posterior = met.posterior.under(met.posterior.prior._replace(friction=-1.0))
+        found = list[Weighed]()
+        for one in weighed:
+            top = posterior.settled(one.top.unknowns)
+            phase, anywhere = posterior.phase(top), np.full(len(one.phase), np.inf)
+            mirrored = crossed(phase, sides_of(one.phase), anywhere, self.mirrored)
+            found.append(one if mirrored else replace(one, top=top))
+        return Explanations(posterior, [one.top for one in found]), found
 
     def _held(
         self, others: list[Weighed], loads: Array, covariance: Array
@@ -703,14 +724,3 @@ class StripFrameReader(StripFrames):
         if (shift := self.strain_shift(posterior, top.unknowns)) is not None:
             covariance = covariance + shift.covariance(loads)
         return self.reading(loads, covariance, top, status, 0.0, nothing, np.empty(0))
-
-
-def _freed(met: Explanations, weighed: list[Weighed]) -> tuple[Explanations, list[Weighed]]:
-    """Explanations fitted without friction, with the weights that they have with it.
-
-    Where contacts are as drawn the phase tells the loads.  Friction would hold the errors of those
-    that nothing touches below their deviations, which leave it out.
-    """
-    posterior = met.posterior.under(met.posterior.prior._replace(friction=-1.0))
-    weighed = [replace(one, top=posterior.settled(one.top.unknowns)) for one in weighed]
-    return Explanations(posterior, [one.top for one in weighed]), weighed
