@@ -174,3 +174,51 @@ def test_a_caller_from_the_cache_jumps_to_what_its_callee_has_become(folder: Pat
     assert not hits[2]
     for single, _, _, exact, _, bright in found:
         assert single == pytest.approx(10 * exact if bright else exact, rel=1e-12)
+
+
+SHARED = """
+from fringeforce.estimation.compiling import apart, inner, part
+
+
+@part
+def taken_in():
+    return {value}
+
+
+@inner
+def taken_in_too():
+    return {value}
+
+
+@apart
+def {name}():
+    return {value}
+"""
+USER = """
+from fringeforce.estimation.compiling import entry
+from own.shared import {name}, taken_in, taken_in_too
+
+
+@entry
+def total():
+    return taken_in() + 10.0 * taken_in_too() + 100.0 * {name}()
+"""
+PROGRAM = "from own.user import total; print(total(), sum(total.stats.cache_hits.values()))"
+
+
+def test_what_other_modules_of_a_package_gave_a_function_is_compiled_anew_when_they_change(
+    tmp_path: Path,
+) -> None:
+    """As when a checkout is brought up to date; what is called by its name may have another."""
+    package = tmp_path / "own"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (tmp_path / "program.py").write_text(PROGRAM)
+    (package / "user.py").write_text(USER.format(name="there"))
+    for value, name, wanted in ((1.0, "there", "111.0 0"), (2.0, "there", "222.0 0")):
+        (package / "shared.py").write_text(SHARED.format(value=value, name=name))
+        assert printed(tmp_path, "program.py").strip() == wanted
+    assert printed(tmp_path, "program.py").strip() == "222.0 1"
+    (package / "shared.py").write_text(SHARED.format(value=3.0, name="elsewhere"))
+    (package / "user.py").write_text(USER.format(name="elsewhere"))
+    assert printed(tmp_path, "program.py").strip() == "333.0 0"

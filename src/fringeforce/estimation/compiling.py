@@ -9,10 +9,12 @@ address, for taking fifty arrays out and putting them in again is most of what a
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
 from functools import cache
 from hashlib import sha256
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
@@ -44,6 +46,11 @@ class _Results(CompileResultCacheImpl):
     door = True
     """Whether Python can call the function."""
 
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        told = _sources(function.__module__)
+        self._locator.get_source_stamp = lambda: told
+
     def rebuild(self, target_context: Any, payload: Any) -> Any:
         """The function, from what was kept."""
         (name, kind, (code, bitcode)), described, *others = payload
@@ -64,6 +71,23 @@ class _Results(CompileResultCacheImpl):
 
         found.library._get_module_for_linking = taken_in
         return found
+
+
+@cache
+def _sources(module: str) -> str:
+    """A digest of the source of a module and of all that it imports from its own package.
+
+    Numba looks at the file of a function alone, and would keep what it took in from others.
+    """
+    found, left, package = dict[str, bytes](), {module}, module.partition(".")[0]
+    while left:
+        name = left.pop()
+        source = Path(inspect.getfile(import_module(name))).read_bytes()
+        found[name] = source
+        named = re.findall(rb"^from ([\w.]+) import", source, re.MULTILINE)
+        own = {one.decode() for one in named if one.partition(b".")[0].decode() == package}
+        left |= own - found.keys()
+    return sha256(b"".join(found[name] for name in sorted(found))).hexdigest()
 
 
 @cache
