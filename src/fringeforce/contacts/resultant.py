@@ -8,7 +8,7 @@ and Gauss's rule for conditional distributions tells what that says of the other
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -170,6 +170,16 @@ class Resultant:
         direction = tangential / size if size > 0 else anywhere
         slope = np.concatenate([[-size / normal], direction]) / normal
         return float(np.sqrt(slope @ self.force_covariance @ slope))
+
+    def scaled(self, factor: float, relative: float = 0.0) -> Resultant:
+        """The same of forces that are larger by a factor with a relative standard deviation."""
+        ends, factors = len(self.force) + 3, np.ones(len(self.covariance))
+        factors[:ends] = factor
+        mode = np.zeros_like(factors)
+        mode[:ends] = factor * relative * np.concatenate([self.force, self.moment])
+        covariance = np.outer(factors, factors) * self.covariance + np.outer(mode, mode)
+        force, moment = factor * self.force, factor * self.moment
+        return replace(self, force=force, moment=moment, covariance=covariance)
 
 
 @dataclass(frozen=True, eq=False)

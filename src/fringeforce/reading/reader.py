@@ -33,7 +33,7 @@ from fringeforce.reading.skin_following import SkinFollower
 from fringeforce.reading.skin_reader import SkinReader
 from fringeforce.reading.strip_following import StripFollower
 from fringeforce.reading.strip_reader import StripFrameReader
-from fringeforce.reading.temperature import checked_scales, scale_batch, scaled_reading
+from fringeforce.reading.temperature import checked_scales, scale_batch
 
 Array = NDArray[np.float64]
 Findings = Callable[[NDArray, NDArray[np.bool_]], tuple[str, ...]]
@@ -264,7 +264,8 @@ class Reader:
         with self._turn:
             reading = self._diagnosed(self._follower.read(levels, used), levels, used)
             if scales is not None:
-                reading = scaled_reading(reading, float(scales[0][0]), float(scales[1][0]))
+                scale, std = float(scales[0][0]), float(scales[1][0])
+                reading = reading.scaled(1 / scale, std / scale)
             return reading if self._creep is None else self._creep.reading(reading, float(own[0]))
 
     def _times(self, times: ArrayLike | None, frames: int) -> Array:

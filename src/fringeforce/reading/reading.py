@@ -88,6 +88,11 @@ class Traction:
     values: Array
     std: Array
 
+    def scaled(self, factor: float, relative: float = 0.0) -> Traction:
+        """The same of forces that are larger by a factor with a relative standard deviation."""
+        values = factor * self.values
+        return Traction(self.places, values, np.hypot(factor * self.std, relative * values))
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Reading:
@@ -253,6 +258,47 @@ class Reading:
         known.pop("findings", None)
         reading.__dict__.update(known, _later={**known.get("_later", {}), "findings": findings})
         return reading
+
+    def scaled(self, factor: float, relative: float = 0.0) -> Reading:
+        """The same of loads that are larger by a factor with a relative standard deviation.
+
+        Places and widths of contacts stay.
+        """
+        if not self.status.usable:
+            return self
+        felt = self.__dict__.get("total", True) is not None
+
+        def covariance() -> Array:
+            mode = factor * relative * self.forces.ravel()
+            return factor**2 * self.covariance + np.outer(mode, mode)
+
+        def total() -> Resultant:
+            assert self.total is not None
+            return self.total.scaled(factor, relative)
+
+        def traction() -> Traction:
+            assert self.traction is not None
+            return self.traction.scaled(factor, relative)
+
+        line = felt and self.__dict__.get("traction", True) is not None
+        return Reading.of(
+            forces=lambda: factor * self.forces,
+            shape=self.alternatives.shape[1:],
+            chi2=self.chi2,
+            status=self.status,
+            covariance=covariance,
+            phase=lambda: self.phase,
+            detail=self.detail,
+            alternatives=factor * self.alternatives,
+            limited=self.limited,
+            tracked=self.tracked,
+            probability=self.probability,
+            findings=(lambda: self.findings) if self._undiagnosed else self.findings,
+            contacts=lambda: tuple(one.scaled(factor, relative) for one in self.contacts),
+            total=total if felt else None,
+            traction=traction if line else None,
+            std=lambda: np.hypot(factor * self.std, factor * relative * self.forces),
+        )
 
     def departing(self, *findings: str) -> Reading:
         """The same of a frame that shows a departure from the design: forces are not to be used."""

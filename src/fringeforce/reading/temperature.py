@@ -15,7 +15,6 @@ from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.models.temperature import optical_scale
 from fringeforce.reading.batch import Batch
-from fringeforce.reading.reading import Reading
 
 
 def checked_scales(
@@ -26,14 +25,14 @@ def checked_scales(
     Raises
     ------
     InputError
-        If the sensor is a skin or of finite strain, or as of `optical_scale`.
+        If the sensor is of finite strain, or as of `optical_scale`.
     """
     if temperatures is None:
         return None
-    if sensor.skin is not None or getattr(sensor.transducer, "strain", "linear") == "finite":
+    if getattr(sensor.transducer, "strain", "linear") == "finite":
         raise InputError(
-            "Readings take temperatures of strips and pads with tactels and small strain; leave "
-            "the temperature out, and state in the design the coefficient at that temperature."
+            "Readings take temperatures of strips and pads of small strain; leave the temperature "
+            "out, and state in the design the coefficient at that temperature."
         )
     layer = sensor.transducer.photoelastic
     scale, std = optical_scale(layer, sensor.tolerances, temperatures)
@@ -44,26 +43,6 @@ def checked_scales(
     return np.broadcast_to(scale, frames), np.broadcast_to(std, frames)
 
 
-def scaled_reading(found: Reading, scale: float, std: float) -> Reading:
-    """A reading as at the reference temperature to one at another."""
-    if not found.status.usable:
-        return found
-    forces, relative = found.forces / scale, std / scale
-    mode = relative * forces.ravel()
-    return Reading.of(
-        forces=forces,
-        chi2=found.chi2,
-        status=found.status,
-        covariance=lambda: found.covariance / scale**2 + np.outer(mode, mode),
-        phase=lambda: found.phase,
-        detail=found.detail,
-        alternatives=found.alternatives / scale,
-        limited=found.limited,
-        tracked=found.tracked,
-        probability=found.probability,
-    )
-
-
 def scale_batch(found: Batch, scales: Array, stds: Array) -> None:
     """Scale readings of a recording, in place."""
     one, relative = scales[:, None, None], (stds / scales)[:, None, None]
@@ -72,3 +51,7 @@ def scale_batch(found: Batch, scales: Array, stds: Array) -> None:
     if found.covariance is not None:
         modes = (relative * found.forces).reshape(len(found), -1)
         found.covariance[:] = found.covariance / one**2 + modes[:, :, None] * modes[:, None, :]
+    if found.resultants is not None:
+        for row, (felt, scale, std) in enumerate(zip(found.resultants, scales, stds, strict=True)):
+            factor, share = 1 / float(scale), float(std / scale)
+            found.resultants[row] = tuple(one.scaled(factor, share) for one in felt)
