@@ -210,9 +210,11 @@ def test_commands_take_a_temperature_and_a_log(model: ff.SensorModel) -> None:
     assert done.exit_code == 0, done.output
     rows = np.genfromtxt("forces.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     np.testing.assert_allclose(rows["normal_N"][rows["tactel"] == 5], 2.0, atol=0.05)
-    refused = run(
-        app, ["read", "warm.h5", "shots.h5", "-o", "forces.csv", "--temperature", "log.csv"]
-    )
+    log = ["-o", "forces.csv", "--temperature", "log.csv"]
+    kept = run(app, ["read", "warm.h5", "shots.h5", *log])  # the file has the times
+    assert kept.exit_code == 0, kept.output
+    assert run(app, ["simulate", "warm.h5", "loads.csv", "-o", "still.h5"]).exit_code == 0
+    refused = run(app, ["read", "warm.h5", "still.h5", *log])
     assert refused.exit_code != 0
     assert "--fps" in str(refused.exception or refused.output)
     kelvin = run(app, ["read", "warm.h5", "shots.h5", "-o", "forces.csv", "--temperature", "298"])

@@ -55,6 +55,9 @@ def real(sensor: ff.Sensor) -> ff.Sensor:
         ("0.97 +/- 0.02", None, 0.97, 0.02),
         ("237 +/- 2 %", None, 237, 4.74),
         ("0.5 mm +/- 0 mm", "meter", 0.5e-3, 0.0),
+        ("(0.50 +/- 0.02) mm", "meter", 0.5e-3, 0.02e-3),
+        ("(6.0 ± 1.2) %", None, 0.06, 0.012),
+        ("6 % +/- 20 %", None, 0.06, 0.012),
     ],
 )
 def test_every_spelling_of_a_tolerance_is_one_standard_deviation(

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import OptimizeResult, least_squares
 
-from fringeforce.base.arrays import Array
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.delay import coarse_delay
@@ -24,6 +25,7 @@ from fringeforce.contacts.loads import checked_loads
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.models.creep import Creep, checked_times
 from fringeforce.models.design_modes import RELAXATION
+from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
 from fringeforce.reading.reading import Status
@@ -52,7 +54,7 @@ SPARE = 0.9
 def find_relaxation(
     model: SensorModel,
     frames: ArrayLike,
-    loads: ArrayLike | BenchLoads | LoadLog,
+    loads: ArrayLike | Presses | BenchLoads | LoadLog,
     times: ArrayLike,
 ) -> SensorModel:
     """Find the Prony terms of a strip's relaxation from frames under known loads.
@@ -60,12 +62,12 @@ def find_relaxation(
     Parameters
     ----------
     model : SensorModel
-        As drawn or calibrated, of a strip with tactels; what its design says of relaxation is left
-        aside.
+        As drawn or calibrated, of a strip with tactels or a skin; what its design says of
+        relaxation is left aside.
     frames : array_like, shape (F, n_pixels)
         Grey levels of a recording that begins with a strip at rest, and in which loads are
         pressed, held for as long as creep matters, and released.
-    loads : array_like, shape (F, n, 2), or BenchLoads or LoadLog
+    loads : array_like, shape (F, n, 2), presses of each frame, BenchLoads or LoadLog
         Forces that acted, linear from one frame to the next [N]; of tactels, by place, or a log by
         time, whose constant delay is found.
     times : array_like, shape (F,)
@@ -112,8 +114,7 @@ def find_relaxation(
     applied = totals(0.0)
     if len(levels) != len(applied):
         raise InputError(f"{len(levels)} frames do not fit loads of {len(applied)}.")
-    read = Reader(elastic).read_batch(levels)
-    usable = np.array([status is Status.OK for status in read.status])
+    shown, deviation, usable = _read(elastic, levels)
     # where hardly a fringe shows, readings in a row share their errors
     usable &= np.abs(applied) > WEAK * np.abs(applied).max()
     if usable.sum() < FEW:
@@ -121,9 +122,6 @@ def find_relaxation(
             f"{usable.sum()} of {len(usable)} frames can be read, and terms take {FEW}; check the "
             "recording with fringeforce read."
         )
-    assert read.covariance is not None
-    shown = read.forces[..., 0].sum(axis=1)
-    deviation = np.sqrt(np.maximum(read.covariance[:, ::2, ::2].sum(axis=(1, 2)), 1e-12))
     best, size, count = np.inf, int(usable.sum()), 0
     terms = np.empty((0, 2)), np.empty((0, 2))
     while count <= TERMS:
@@ -135,8 +133,22 @@ def find_relaxation(
     return _with_terms(model, *terms)
 
 
+def _read(model: SensorModel, levels: Array) -> tuple[Array, Array, Mask]:
+    """Whole normal forces that frames show, their deviations [N], and whether they are OK."""
+    of_skin = model.sensor.skin is not None
+    read = Reader(model).read_batch(levels, covariance=not of_skin)
+    usable = np.array([status is Status.OK for status in read.status])
+    shown, variance = np.nansum(read.forces[..., 0], axis=1), np.ones(len(levels))
+    if read.resultants is not None:
+        for row in np.flatnonzero(usable):
+            variance[row] = read.resultants[row][0].force_covariance[0, 0]
+    elif read.covariance is not None:
+        variance = read.covariance[:, ::2, ::2].sum(axis=(1, 2))
+    return shown, np.sqrt(np.maximum(variance, 1e-12)), usable
+
+
 def _totals(
-    loads: ArrayLike | BenchLoads | LoadLog, tactels: int, levels: Array, times: Array
+    loads: ArrayLike | Presses | BenchLoads | LoadLog, tactels: int, levels: Array, times: Array
 ) -> tuple[Callable[[float], Array], float]:
     """Whole normal forces of frames by what is left of a delay, and its deviation [s]."""
     if isinstance(loads, LoadLog):
@@ -147,8 +159,13 @@ def _totals(
         return lambda delay: np.interp(times + coarse + delay, log.times, normal), step
     if isinstance(loads, BenchLoads):
         normal = np.nansum(loads.forces[..., 0], axis=1)
+    elif are_presses(loads):
+        if not all(isinstance(frame, list | tuple) for frame in loads):
+            raise InputError("Presses of one frame do not fit; give a list of presses for each.")
+        normal = np.array([sum(one.normal for one in frame) for frame in loads])
     else:
-        normal = checked_loads(loads, tactels)[..., 0].sum(axis=1)
+        forces = checked_loads(cast(ArrayLike, loads), tactels)
+        normal = forces[..., 0].sum(axis=1)
     return lambda _: normal, 0.0
 
 

@@ -61,7 +61,8 @@ def simulate(
         float | None,
         typer.Option(
             metavar="<Hz>",
-            help="Frames per second of a strip that relaxes; without, it does not creep.",
+            help="Frames per second, which the file keeps; a strip that relaxes does not creep "
+            "without.",
         ),
     ] = None,
     temperature: Temperature = None,
@@ -92,7 +93,7 @@ def simulate(
         state["times"] = times
     found = solved()
     frames = found.expose(touch, rng=seed, **state)
-    save_frames(output, frames, found.pixel_positions, applied)
+    save_frames(output, frames, found.pixel_positions, applied, times)
     print(f"{output}: {counted_frames(frames.shape)}")
     if words := strain_words(found.sensor, touch):
         print(f"  {words}")

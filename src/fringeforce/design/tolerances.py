@@ -3,7 +3,8 @@
 ``"0.50 +/- 0.02 mm"`` states a value and one standard deviation, as the Guide to the Expression of
 Uncertainty in Measurement (JCGM 100:2008, 7.2.2) writes it.  The unit at the end counts for both
 numbers; each may also have its own, ``"0.5 mm +/- 20 um"``, and a share of the value is written
-``"11 MPa +/- 5 %"``.
+``"11 MPa +/- 5 %"``.  Behind the brackets of the Guide's fourth form, ``"(6.0 +/- 0.5) %"``, per
+cent are a unit like others.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ REACH = 3
 beyond them once in 740 times."""
 
 _SIGN = re.compile(r"\+\s*/\s*-|±")
+_BRACKETS = re.compile(r"\((.*)\)(.*)", re.DOTALL)
 
 
 class Tolerances(Mapping[str, float]):
@@ -84,7 +86,10 @@ def is_tolerance(value: Any) -> bool:
 
 
 def split_tolerance(text: str) -> list[str]:
-    """What stands before and behind the sign of a tolerance."""
+    """What stands before and behind the sign of a tolerance, each with the unit of brackets."""
+    if both := _BRACKETS.fullmatch(text.strip()):
+        text, unit = both.groups()
+        return [f"{part.strip()} {unit.strip()}".strip() for part in _SIGN.split(text, maxsplit=1)]
     return [part.strip() for part in _SIGN.split(text, maxsplit=1)]
 
 
@@ -111,7 +116,7 @@ def parse_tolerance(text: str, unit: str | None) -> tuple[str | float, float, fl
         If one of the two is no number, lacks its unit, or the tolerance is negative.
     """
     left, right = split_tolerance(text)
-    share = right.endswith("%")
+    share = right.endswith("%") and not _BRACKETS.fullmatch(text.strip())
     nominal: str | float = left
     if unit is None:
         nominal = value = _number(left, "value")
@@ -150,7 +155,7 @@ def _bare(text: str) -> bool:
 
 def _number(text: str, what: str) -> float:
     try:
-        return float(text)
+        return float(text[:-1]) / 100 if text.endswith("%") else float(text)
     except ValueError:
         raise ValueError(
             f"has no number for its {what}; write both as in {_example(None, 1.0)}"

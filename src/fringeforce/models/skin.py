@@ -99,6 +99,21 @@ class Contacts(NamedTuple):
         return Contacts(self.forces[order], self.geometry[order])
 
 
+class Crept(NamedTuple):
+    """What creep of earlier loads adds to a frame.
+
+    Attributes
+    ----------
+    phase : ndarray, shape (m,)
+        At the nodes [rad].
+    modes : ndarray, shape (u, m)
+        Its change with a standard deviation of each value that is uncertain about it [rad].
+    """
+
+    phase: Array
+    modes: Array
+
+
 @dataclass(frozen=True, eq=False)
 class SkinModel:
     """What contacts anywhere on a strip do, with all that is uncertain about it.
@@ -299,7 +314,9 @@ class SkinModel:
             at=Layout(*(begin + more for begin in base.at)),
         )
 
-    def frame(self, contacts: Contacts, beyond: Array | float = 0.0) -> tuple[FrameModel, Array]:
+    def frame(
+        self, contacts: Contacts, beyond: Array | float = 0.0, crept: Crept | None = None
+    ) -> tuple[FrameModel, Array]:
         """The model of a frame, linear in the geometry about that of contacts, and their unknowns.
 
         Its tactels are the contacts, and its first fields what a standard deviation of each value
@@ -311,6 +328,8 @@ class SkinModel:
             Where it is linear.
         beyond : ndarray, shape (m,), optional
             Phase beyond that of small strain, where this model is of small strain [rad].
+        crept : Crept, optional
+            What creep of earlier loads adds.
 
         Returns
         -------
@@ -328,6 +347,8 @@ class SkinModel:
         fields = changes.reshape(len(units), -1) * units[:, None]
         known = ((contacts.geometry - self.drawn).ravel()) / units
         doubts = MESH * bent
+        if crept is not None:
+            left, doubts = left + crept.phase, np.concatenate([doubts, crept.modes])
         more = len(fields) + len(doubts)
         at = Layout(*base.at[:4], *(begin + more for begin in base.at[4:]))
         frame = base._replace(
@@ -339,6 +360,16 @@ class SkinModel:
         unknowns[: at.loads] = contacts.forces.ravel()
         unknowns[at.fields : at.fields + count * GEOMETRY] = known
         return frame, unknowns
+
+    def crept_on(self, model: FrameModel, before: Crept, now: Crept) -> FrameModel:
+        """The model of a frame of small strain, as of `frame`, with other creep than it had."""
+        fields, first = model.fields.copy(), model.at.loads // 2 * GEOMETRY
+        fields[first : first + len(now.modes)] = now.modes
+        return model._replace(fixed=model.fixed + now.phase - before.phase, fields=fields)
+
+    def phase_of_lines(self, forces: Array) -> Array:
+        """Phase at the nodes that forces of line loads (n, 2) cause, shape (m,) [rad]."""
+        return np.asarray(np.tensordot(forces.T, self.lines, 2))
 
     def phase(self, contacts: Contacts) -> Array:
         """Phase at the nodes that contacts cause, shape (m,) [rad]."""

@@ -45,6 +45,48 @@ FADING = (
 )
 
 
+class UncertainCreep:
+    """Creep of a strip whose terms are uncertain.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The strip.
+    """
+
+    def __init__(self, sensor: Sensor) -> None:
+        self._sensor = sensor
+        self._terms = {
+            path: (found[0], std)
+            for path, std in sensor.tolerances.items()
+            if path.startswith(RELAXING) and (found := number_at(sensor, path))
+        }
+
+    def __len__(self) -> int:
+        """How many values are uncertain."""
+        return len(self._terms)
+
+    def ways(self, values: Array | None = None, step: float = 1.0) -> list[Creep]:
+        """Creep of terms that are so many deviations off, and with each one `step` more.
+
+        Parameters
+        ----------
+        values : ndarray, shape (u,), optional
+            Deviations of the terms; none if not given.
+        step : float
+            Deviations by which each is more.
+        """
+        off = np.zeros(len(self)) if values is None else values
+        found, kept = [], np.clip(off, step - REACH, REACH - step)
+        for own in (kept, *(kept + step * np.eye(len(kept)))):
+            terms = {
+                path: value + e * std
+                for (path, (value, std)), e in zip(self._terms.items(), own, strict=True)
+            }
+            found.append(Creep.of(with_values(self._sensor, terms).transducer))
+        return found
+
+
 class CreepFilter:
     """Takes the creep of earlier loads out of readings in a row.
 
@@ -66,26 +108,10 @@ class CreepFilter:
             raise InputError(
                 f"history = {history:g} N is no standard deviation; give 0 or more newtons."
             )
-        self._sensor = sensor
-        self._uncertain = {
-            path: (found[0], std)
-            for path, std in sensor.tolerances.items()
-            if path.startswith(RELAXING) and (found := number_at(sensor, path))
-        }
-        self._ways = self._ways_at(np.zeros(len(self._uncertain)))
+        self._uncertain = UncertainCreep(sensor)
+        self._ways = self._uncertain.ways()
         self._history = history
         self.reset()
-
-    def _ways_at(self, values: Array, step: float = 1.0) -> list[Creep]:
-        """Creep of terms that are so many deviations off, and with each one `step` more."""
-        found, kept = [], np.clip(values, step - REACH, REACH - step)
-        for off in (kept, *(kept + step * np.eye(len(kept)))):
-            terms = {
-                path: value + e * std
-                for (path, (value, std)), e in zip(self._uncertain.items(), off, strict=True)
-            }
-            found.append(Creep.of(with_values(self._sensor, terms).transducer))
-        return found
 
     def reset(self) -> None:
         """Forget all earlier loads."""
@@ -186,7 +212,7 @@ class CreepFilter:
             spread = found.covariance[rows].copy()
         seen = np.array([s is not Status.NO_CONTACT for s in found.status[rows]], dtype=bool)
         self.batch(found, times)
-        if not self._uncertain and not self._history:
+        if not len(self._uncertain) and not self._history:
             return
         free = np.array([s is Status.NO_CONTACT for s in found.status[rows]], dtype=bool)
         clear = np.einsum("ti,ti->t", shown, np.linalg.solve(spread, shown[..., None])[..., 0])
@@ -196,7 +222,7 @@ class CreepFilter:
         values, steps = np.zeros(len(self._uncertain) + size), 0
         while fading.any():
             values[-size:], steps = 0.0, steps + 1
-            ways = self._ways_at(values[:-size], STD_STEP)
+            ways = self._uncertain.ways(values[:-size], STD_STEP)
             left, share, modes = self._unrolled(ways, when, shown, seen & ~fading)
             noise = share[:, None, None] ** 2 * spread
             missed = ways[0].ripple * (share[:, None] * shown - left)
@@ -238,7 +264,7 @@ class CreepFilter:
         Parameters
         ----------
         ways : list of Creep
-            As of `_ways_at`, by `STD_STEP`.
+            As of `UncertainCreep.ways`, by `STD_STEP`.
         times : ndarray, shape (F,)
             [s].
         shown : ndarray, shape (F, 2n)

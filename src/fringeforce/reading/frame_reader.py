@@ -103,6 +103,11 @@ class FrameReader(ABC):
             Numbers of the pixels of a frame.
         """
 
+    @property
+    def relaxes(self) -> bool:
+        """Whether frames show earlier loads too."""
+        return False
+
     def creep_filter(self, history: float) -> CreepFilter | None:
         """What takes creep out of readings in a row, of a strip that creeps.
 
@@ -241,6 +246,17 @@ class Follower(ABC):
     @abstractmethod
     def reset(self) -> None:
         """Forget the last reading: the next frame is searched."""
+
+    def expect(self, times: Array, scales: Array) -> None:  # noqa: B027, most need not know
+        """Take the times of the next frames of a sensor that relaxes.
+
+        Parameters
+        ----------
+        times : ndarray, shape (k,)
+            Of the frames [s].
+        scales : ndarray, shape (k,)
+            Of their phases, over those at the temperature of the design.
+        """
 
     @abstractmethod
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:

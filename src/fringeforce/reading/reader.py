@@ -178,7 +178,7 @@ class Reader:
     @property
     def needs_times(self) -> bool:
         """Whether frames show earlier loads too, so that readings take the time of each."""
-        return self._creep is not None
+        return self._single.relaxes
 
     def reset(self) -> None:
         """Forget the last reading, and all loads before: the next frame is searched."""
@@ -261,16 +261,18 @@ class Reader:
         own, scales = self._times(time, 1), checked_scales(self.model.sensor, temperature, 1)
         if isinstance(levels, Reading):
             return levels
+        scale, std = (1.0, 0.0) if scales is None else (float(part[0]) for part in scales)
         with self._turn:
+            if len(own):
+                self._follower.expect(own, np.array([scale]))
             reading = self._diagnosed(self._follower.read(levels, used), levels, used)
             if scales is not None:
-                scale, std = float(scales[0][0]), float(scales[1][0])
                 reading = reading.scaled(1 / scale, std / scale)
             return reading if self._creep is None else self._creep.reading(reading, float(own[0]))
 
     def _times(self, times: ArrayLike | None, frames: int) -> Array:
         """Times of frames of a strip that relaxes; none of others."""
-        if self._creep is None:
+        if not self.needs_times:
             return np.empty(0)
         if times is None:
             raise InputError(
@@ -378,6 +380,8 @@ class Reader:
         own, used = self._times(times, len(batch)), self._single.usable(mask)
         scales = checked_scales(self.model.sensor, temperatures, len(batch))
         with self._turn:
+            if len(own):
+                self._follower.expect(own, np.ones(len(own)) if scales is None else scales[0])
             self._follower.read_on(levels, used, batch, progress)
             if scales is not None:
                 scale_batch(batch, *scales)
@@ -424,6 +428,8 @@ class Reader:
         scales = checked_scales(self.model.sensor, temperatures, len(batch))
         used = self._single.usable(mask)
         count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST_PART))
+        if self.needs_times and creep is None:  # each frame is read with what the ones before left
+            count = 1
         ends = np.linspace(0, len(levels), count + 1).astype(int)
         parts = [slice(*ends[i : i + 2]) for i in range(count)]
         ended = threading.Event()
@@ -434,14 +440,16 @@ class Reader:
             if progress is not None:
                 progress(frames)
 
+        def read(rows: slice) -> None:
+            follower = self._follow(self._single)
+            if len(own):
+                known = np.ones(len(own)) if scales is None else scales[0]
+                follower.expect(own[rows], known[rows])
+            follower.read_on(levels[rows], used, batch[rows], told)
+
         with ThreadPoolExecutor(count) as pool:
             try:
-                jobs = [
-                    pool.submit(
-                        self._follow(self._single).read_on, levels[rows], used, batch[rows], told
-                    )
-                    for rows in parts
-                ]
+                jobs = [pool.submit(read, rows) for rows in parts]
                 for job in as_completed(jobs):
                     job.result()
             except BaseException:  # such as Ctrl-C: the pool waits for frames that are begun

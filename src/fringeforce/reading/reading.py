@@ -300,11 +300,16 @@ class Reading:
             std=lambda: np.hypot(factor * self.std, factor * relative * self.forces),
         )
 
+    def saying(self, *findings: str) -> Reading:
+        """The same with findings."""
+        reading = object.__new__(type(self))
+        reading.__dict__.update(self.__dict__, findings=findings)
+        return reading
+
     def departing(self, *findings: str) -> Reading:
         """The same of a frame that shows a departure from the design: forces are not to be used."""
-        reading, known = object.__new__(type(self)), dict(self.__dict__)
-        known |= {"status": Status.MODEL_MISMATCH, "probability": 0.0, "tracked": False}
-        reading.__dict__.update(known, findings=findings)
+        reading = self.saying(*findings)
+        reading.__dict__.update(status=Status.MODEL_MISMATCH, probability=0.0, tracked=False)
         return reading
 
     def __getattr__(self, name: str) -> Array:

@@ -15,7 +15,15 @@ from fringeforce.estimation.frame_climb import CONVERGED
 from fringeforce.estimation.linearised_frame import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_VERDICT
-from fringeforce.models.skin import GEOMETRY, PLACE, WIDTH, YIELDING, Contacts, SkinModel
+from fringeforce.models.skin import (
+    GEOMETRY,
+    PLACE,
+    WIDTH,
+    YIELDING,
+    Contacts,
+    Crept,
+    SkinModel,
+)
 
 LONGEST_STEP = 0.5
 """Change of place and half width in a step, in half widths and thicknesses of the cover."""
@@ -42,11 +50,19 @@ class Seen(NamedTuple):
         Grey levels; not finite where a pixel is not used.
     push : float
         Force that the pace of the fringes tells [N].
+    crept : Crept or None
+        What creep of earlier loads adds; None of a skin that does not relax.
     """
 
     skin: SkinModel
     frame: Array
     push: float
+    crept: Crept | None = None
+
+    @property
+    def known(self) -> Array | float:
+        """Phase at the nodes that contacts do not cause now, shape (m,) [rad]."""
+        return 0.0 if self.crept is None else self.crept.phase
 
     @property
     def linear(self) -> Seen:
@@ -55,7 +71,7 @@ class Seen(NamedTuple):
 
     def posterior(self, contacts: Contacts, beyond: Array | float = 0.0) -> tuple[Posterior, Array]:
         """The posterior, linear about the geometry of contacts, and their unknowns."""
-        model, start = self.skin.frame(contacts, beyond)
+        model, start = self.skin.frame(contacts, beyond, self.crept)
         return Posterior(model, self.skin.prior(model, self.push), self.frame), start
 
 

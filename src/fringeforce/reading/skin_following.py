@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import replace
 from typing import Any
 
@@ -14,11 +15,13 @@ from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.phase_stretches import motion
 from fringeforce.estimation.posterior import sharp
 from fringeforce.estimation.residual_test import FALSE_VERDICT
-from fringeforce.models.skin import FIRST_SHAPE, PLACE, WIDTH
+from fringeforce.models.skin import FIRST_SHAPE, PLACE, WIDTH, Crept
 from fringeforce.reading.batch import Batch, Progress
+from fringeforce.reading.creep import UncertainCreep
 from fringeforce.reading.departure_test import Retests
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS, Follower
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.skin_creep import SkinCreep
 from fringeforce.reading.skin_fit import Explanation, Seen, renewed
 from fringeforce.reading.skin_reader import FAINT_FORCE, SkinReader, goes_on
 from fringeforce.reading.skin_result import SkinResult
@@ -38,6 +41,9 @@ FIRST_REACH = 0.25
 """Share of the largest reach of a linearisation until it is known what one misses."""
 LONGER = 2.0
 """Factor by which the reach of a linearisation becomes longer at most, from one to the next."""
+CREPT = 0.1
+"""Change of what is uncertain of creep, over itself, up to which deviations hold at most: they are
+then as far off."""
 WAVES_INTERVAL = 64
 """Frames after which smooth waves of what is left are looked for."""
 
@@ -52,7 +58,9 @@ class SkinFollower(Follower):
     """
 
     def __init__(self, single: SkinReader) -> None:
-        self._single = single
+        self._single, self._creep = single, None
+        if single.relaxes:
+            self._creep = SkinCreep(UncertainCreep(single.model.sensor), single.skin)
         self.reset()
 
     def reset(self) -> None:
@@ -62,11 +70,32 @@ class SkinFollower(Follower):
         self._like: SkinResult | None = None
         self._probability, self._age, self._silent, self._size = 0.0, 0, False, 1
         self._strain = self._broken = 0.0
+        self._uncertain: Array | None = None
         self._reach = FIRST_REACH
         self._retests = Retests()
+        if self._creep is not None:
+            self._creep.reset()
+        self._crept, self._coming = self._now, deque[tuple[float, float]]()
+
+    @property
+    def _now(self) -> Crept | None:
+        """What creep of earlier loads adds to the frame that comes; none of a skin without."""
+        return None if self._creep is None else self._creep.now
+
+    def expect(self, times: Array, scales: Array) -> None:
+        """Take the times of the next frames, as of `Follower.expect`."""
+        self._coming.extend(zip(times.tolist(), scales.tolist(), strict=True))
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
+        if self._creep is None:
+            return self._read(levels, used)
+        if self._coming:
+            self._creep.expect(*self._coming.popleft())
+        return self._creep.reading(self._read(levels, used))
+
+    def _read(self, levels: NDArray[Any], used: Mask) -> Reading:
+        """The reading of a frame with what creep adds to it taken for known."""
         found = self._follow(levels, used)
         if found is not None and self._departs(levels, used, found):
             self._last = None
@@ -78,11 +107,11 @@ class SkinFollower(Follower):
             )
         known = None if self._silent else self._last
         before = None if known is None else (known, self._probability)
-        reading, last = self._single.followed(levels, used, before)
+        reading, last = self._single.followed(levels, used, before, self._now)
         self._silent = reading.status is Status.NO_CONTACT
         if last is not None and not self._silent:
             last = renewed(self._seen(last.posterior.frame, last), last)
-        self._last, self._used, self._age = last, used, 0
+        self._last, self._used, self._age, self._crept = last, used, 0, self._now
         if last is not None:
             self._probability, self._broken = reading.probability, last.top.broken
             self._begin(last)
@@ -100,6 +129,8 @@ class SkinFollower(Follower):
             reading = single.checked(frame.reshape(single.model.frame_shape), used)
             if not isinstance(reading, Reading):
                 reading = self.read(reading, used)
+            elif self._coming:
+                self._coming.popleft()
             batch.store(row, reading)
             if progress is not None:
                 progress(1)
@@ -118,7 +149,7 @@ class SkinFollower(Follower):
         """A frame, shape (P,), in bins that tell as much as pixels about an explanation."""
         skin = self._single.skin
         self._size = sharp(skin.uncertain.frame, one.phase)
-        return Seen(skin.in_bins(self._size), self._means(frame), one.push)
+        return Seen(skin.in_bins(self._size), self._means(frame), one.push, self._now)
 
     def _means(self, frame: Array) -> Array:
         if self._size == 1:
@@ -128,13 +159,23 @@ class SkinFollower(Follower):
     def _begin(self, one: Explanation) -> SkinResult:
         self._like = SkinResult(self._single.skin, one)
         self._strain = self._single.strain_size(one)
+        self._uncertain = None if self._now is None else self._now.modes
         return self._like
+
+    def _crept_on(self, last: Explanation) -> Explanation:
+        """The last explanation, with what creep adds to the next frame."""
+        if self._crept is None or (now := self._now) is None:
+            return last
+        model = self._single.skin.crept_on(last.posterior.model, self._crept, now)
+        self._crept = now
+        return replace(last, posterior=replace(last.posterior, model=model))
 
     def _follow(self, levels: NDArray[Any], used: Mask) -> Explanation | None:
         """The last explanation moved on to a frame, if that explains it."""
         last = self._last
         if last is None or (used is not self._used and not np.array_equal(used, self._used)):
             return None
+        last = self._last = self._crept_on(last)
         if self._silent:
             return self._single.still_silent(levels, used, last)
         frame = levels.astype(float)
@@ -193,7 +234,10 @@ class SkinFollower(Follower):
         self._reach = float(min(self._reach * longer, 1.0))
 
     def _moved(self, found: Explanation) -> bool:
-        """Whether contacts are no longer where they were linearised, or much stronger or weaker."""
+        """Whether contacts are no longer where they were linearised, or much stronger or weaker.
+
+        Or whether creep has grown or faded since.
+        """
         here, there, reach = found.contacts.geometry, found.centre.geometry, self._reach
         far = np.abs(here - there)[:, [PLACE, WIDTH]] > reach * LINEAR_MOVE * there[:, WIDTH, None]
         now, before = found.contacts.forces, found.centre.forces
@@ -203,4 +247,9 @@ class SkinFollower(Follower):
         changed = far.any(axis=1) | grown | sheared
         # what large strain adds grows with the square of the forces, of which this leaves the last
         beyond = np.abs(now - before).max() / max(np.abs(before).max(), 1e-12)
-        return bool(changed.any() or beyond**2 * self._strain > 1)
+        if changed.any() or beyond**2 * self._strain > 1:
+            return True
+        if self._uncertain is None or self._now is None:
+            return False
+        other = np.linalg.norm(self._now.modes - self._uncertain)
+        return bool(other > CREPT * np.linalg.norm(self._uncertain))

@@ -33,6 +33,7 @@ from fringeforce.models.skin import (
     WIDTH,
     YIELDING,
     Contacts,
+    Crept,
     SkinModel,
     large_strain,
     variances,
@@ -97,9 +98,11 @@ class SkinReader(StripFrames):
                 "transducer.influence_error is not allowed for on a skin; state what causes it, "
                 "such as tolerances of the layers, or read tactels."
             )
-        if len(Creep.of(self.model.sensor.transducer).amounts):
+        strip = self.model.sensor.transducer
+        if self.relaxes and (strip.strain == "finite" or len(Creep.of_ratio(strip).amounts)):
             raise InputError(
-                "Readings of skins do not allow for relaxation; leave it out, or take tactels."
+                "Readings of skins allow for relaxation of layers that relax alike, under small "
+                "strain; leave it out, state one for both layers, or take tactels."
             )
 
     @cached_property
@@ -124,16 +127,28 @@ class SkinReader(StripFrames):
         forces /= np.count_nonzero(forces) or 1
         return self.model.expose(forces, rng, strain="linear")
 
+    def creep_filter(self, history: float) -> None:
+        """None: what follows a skin knows the creep of earlier loads before it reads a frame."""
+        if history and self.relaxes:
+            raise InputError(
+                f"history = {history:g} N is of tactels; of a skin nothing is known before its "
+                "first frame: begin when it is at rest, and leave the history out."
+            )
+
     def alone(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read a frame that was checked, without any earlier state."""
         return self.followed(levels, used, None)[0]
 
     @one_blas_thread()
     def followed(
-        self, levels: NDArray[Any], used: Mask, before: Before | None
+        self,
+        levels: NDArray[Any],
+        used: Mask,
+        before: Before | None,
+        crept: Crept | None = None,
     ) -> tuple[Reading, Explanation | None]:
         """Read a frame that was checked, from what explained the last one if it is known."""
-        seen, coarse, lines = self._seen(levels, used)
+        seen, coarse, lines = self._seen(levels, used, crept)
         if before is not None:
             last, probability = before
             found = renewed(seen, climbed(coarse, last.contacts, last.others))
@@ -157,9 +172,9 @@ class SkinReader(StripFrames):
         """What a frame shows of departures beside the contacts that explain it, in words.
 
         Nothing if it shows none.  What a calibration leaves uncertain would be taken for one, and
-        so would what the elements of large strain miss.
+        so would what the elements of large strain miss, and creep.
         """
-        if self.model.imaging is not None or self.skin.strain is not None:
+        if self.model.imaging is not None or self.skin.strain is not None or self.relaxes:
             return ""
         return self._departures.finding(one)
 
@@ -220,7 +235,9 @@ class SkinReader(StripFrames):
         fewer = climbed(pushed, rest, found.others)
         return fewer if fewer.chance > FALSE_VERDICT else None
 
-    def _seen(self, levels: NDArray[Any], used: Mask) -> tuple[Seen, Seen, Lines]:
+    def _seen(
+        self, levels: NDArray[Any], used: Mask, crept: Crept | None = None
+    ) -> tuple[Seen, Seen, Lines]:
         """A frame, the same in bins while explanations are looked for, and its lines."""
         frame = np.where(used, levels.astype(float), np.nan)
         # single pixels that nothing explains would spoil the means over bins; fits bear them
@@ -232,8 +249,9 @@ class SkinReader(StripFrames):
         # contacts whose fringes run as fast as the frame's
         push = beam.pushing(pace) * np.sqrt(len(beam.model.moments))
         size = slow_size(drawn, float(pace.max()), SPAN)
-        coarse = Seen(self.skin.in_bins(size), seen_means(sound, size, len(drawn.bias)), push)
-        return Seen(self.skin, frame, push), coarse, lines
+        means = seen_means(sound, size, len(drawn.bias))
+        coarse = Seen(self.skin.in_bins(size), means, push, crept)
+        return Seen(self.skin, frame, push, crept), coarse, lines
 
     def _silent(self, seen: Seen) -> Explanation | None:
         """No contact, if that explains the frame."""
@@ -309,7 +327,7 @@ class SkinReader(StripFrames):
         found = list[Explanation]()
         explained = bool(met) and _settled(met[0])
         best = met[0] if met and met[0].chance > FALSE_VERDICT else None
-        wanted = phase - self._strained(best)
+        wanted = phase - self._strained(best) - seen.known
         loads, misfit = self._search.pressed(wanted)
         if not loads[:, 0].sum() > 0 or (explained and misfit > MISFIT):
             return found
@@ -427,7 +445,7 @@ class SkinReader(StripFrames):
             starts = sorted(self._fewer(best), key=lambda start: start[0])[:2]
             if not starts:
                 break
-            caused = best.phase - self._strained(best)
+            caused = best.phase - self._strained(best) - seen.known
             tried = [
                 self._climbed(seen, self._search.fitted(contacts, caused), best, best.others)
                 for _, contacts in starts

@@ -37,7 +37,6 @@ from fringeforce.estimation.posterior import (
 )
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_VERDICT, square_limit
 from fringeforce.estimation.uncertain_contacts import profile_basis
-from fringeforce.models.creep import Creep
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.contact_prior import (
     FRICTION,
@@ -184,8 +183,7 @@ class StripFrameReader(StripFrames):
 
     def creep_filter(self, history: float) -> CreepFilter | None:
         """What takes creep out of readings in a row, if the strip creeps."""
-        sensor = self.model.sensor
-        return CreepFilter(sensor, history) if len(Creep.of(sensor.transducer).amounts) else None
+        return CreepFilter(self.model.sensor, history) if self.relaxes else None
 
     @cached_property
     def _search(self) -> PosteriorSearch:
