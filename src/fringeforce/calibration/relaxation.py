@@ -1,4 +1,4 @@
-"""Terms of a strip's relaxation from a recording under known loads: pressed, held, released.
+"""Terms of a sensor's relaxation from a recording under known loads: pressed, held, released.
 
 Each frame is read as if it were alone.  The whole normal force that it shows is u + sum_k c_k z_k
 of the known one u, with the lags z_k of `models.creep`, times a gain that is nearly one, and with
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import cast
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,13 +22,18 @@ from fringeforce.calibration.bench_loads import BenchLoads
 from fringeforce.calibration.delay import coarse_delay
 from fringeforce.calibration.load_log import LoadLog
 from fringeforce.contacts.loads import checked_loads
+from fringeforce.contacts.resultant import touch
+from fringeforce.design.pad import Pad
+from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import Tolerances
 from fringeforce.models.creep import Creep, checked_times
 from fringeforce.models.design_modes import RELAXATION
+from fringeforce.models.pad import PadModel
 from fringeforce.models.presses import Presses, are_presses
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reader import Reader
-from fringeforce.reading.reading import Status
+
+AnyModel = TypeVar("AnyModel", SensorModel, PadModel)
 
 GAIN = 0.05
 """Standard deviation of the gain between loads as read and as known: what a calibration leaves."""
@@ -52,22 +57,22 @@ SPARE = 0.9
 
 
 def find_relaxation(
-    model: SensorModel,
+    model: AnyModel,
     frames: ArrayLike,
     loads: ArrayLike | Presses | BenchLoads | LoadLog,
     times: ArrayLike,
-) -> SensorModel:
-    """Find the Prony terms of a strip's relaxation from frames under known loads.
+) -> AnyModel:
+    """Find the Prony terms of a sensor's relaxation from frames under known loads.
 
     Parameters
     ----------
-    model : SensorModel
-        As drawn or calibrated, of a strip with tactels or a skin; what its design says of
-        relaxation is left aside.
-    frames : array_like, shape (F, n_pixels)
-        Grey levels of a recording that begins with a strip at rest, and in which loads are
+    model : SensorModel or PadModel
+        As drawn or calibrated, of a strip or pad with tactels, or a strip with a skin; what its
+        design says of relaxation is left aside.
+    frames : array_like, shape (F, ...) as frames
+        Grey levels of a recording that begins with a sensor at rest, and in which loads are
         pressed, held for as long as creep matters, and released.
-    loads : array_like, shape (F, n, 2), presses of each frame, BenchLoads or LoadLog
+    loads : array_like, shape (F, n, components), presses of each frame, BenchLoads or LoadLog
         Forces that acted, linear from one frame to the next [N]; of tactels, by place, or a log by
         time, whose constant delay is found.
     times : array_like, shape (F,)
@@ -75,7 +80,7 @@ def find_relaxation(
 
     Returns
     -------
-    SensorModel
+    SensorModel or PadModel
         Whose design states the terms, each with its standard deviation; none if the recording does
         not support any.
 
@@ -110,7 +115,7 @@ def find_relaxation(
     elastic = _with_terms(model, np.empty((0, 2)), np.empty((0, 2)))
     levels = np.asarray(frames)
     when = checked_times(times, len(levels))
-    totals, delayed = _totals(loads, model.sensor.tactels.count, levels, when)
+    totals, delayed = _totals(loads, model.sensor, levels, when)
     applied = totals(0.0)
     if len(levels) != len(applied):
         raise InputError(f"{len(levels)} frames do not fit loads of {len(applied)}.")
@@ -133,22 +138,30 @@ def find_relaxation(
     return _with_terms(model, *terms)
 
 
-def _read(model: SensorModel, levels: Array) -> tuple[Array, Array, Mask]:
+def _read(model: SensorModel | PadModel, levels: Array) -> tuple[Array, Array, Mask]:
     """Whole normal forces that frames show, their deviations [N], and whether they are OK."""
-    of_skin = model.sensor.skin is not None
-    read = Reader(model).read_batch(levels, covariance=not of_skin)
-    usable = np.array([status is Status.OK for status in read.status])
-    shown, variance = np.nansum(read.forces[..., 0], axis=1), np.ones(len(levels))
-    if read.resultants is not None:
-        for row in np.flatnonzero(usable):
-            variance[row] = read.resultants[row][0].force_covariance[0, 0]
-    elif read.covariance is not None:
-        variance = read.covariance[:, ::2, ::2].sum(axis=(1, 2))
+    shown, variance = np.zeros(len(levels)), np.ones(len(levels))
+    usable = np.zeros(len(levels), dtype=bool)
+    for row, reading in enumerate(Reader(model).stream(levels)):
+        if not reading.ok:
+            continue
+        usable[row] = True
+        if model.sensor.dimensions == 1 and model.sensor.skin is None:
+            shown[row], variance[row] = (
+                reading.forces[:, 0].sum(),
+                reading.covariance[::2, ::2].sum(),
+            )
+        else:  # the sum over a pad is far less certain than what presses on it
+            total = touch(model.sensor, reading).total
+            shown[row], variance[row] = total.force[0], total.force_covariance[0, 0]
     return shown, np.sqrt(np.maximum(variance, 1e-12)), usable
 
 
 def _totals(
-    loads: ArrayLike | Presses | BenchLoads | LoadLog, tactels: int, levels: Array, times: Array
+    loads: ArrayLike | Presses | BenchLoads | LoadLog,
+    sensor: Sensor | Pad,
+    levels: Array,
+    times: Array,
 ) -> tuple[Callable[[float], Array], float]:
     """Whole normal forces of frames by what is left of a delay, and its deviation [s]."""
     if isinstance(loads, LoadLog):
@@ -164,7 +177,8 @@ def _totals(
             raise InputError("Presses of one frame do not fit; give a list of presses for each.")
         normal = np.array([sum(one.normal for one in frame) for frame in loads])
     else:
-        forces = checked_loads(cast(ArrayLike, loads), tactels)
+        shape = sensor.tactels.total, len(sensor.components)
+        forces = checked_loads(cast(ArrayLike, loads), *shape)
         normal = forces[..., 0].sum(axis=1)
     return lambda _: normal, 0.0
 
@@ -239,7 +253,7 @@ def _terms(fit: OptimizeResult, count: int, frames: int) -> tuple[Array, Array]:
     return values.reshape(2, count).T[order], stds.reshape(2, count).T[order]
 
 
-def _with_terms(model: SensorModel, terms: Array, stds: Array) -> SensorModel:
+def _with_terms(model: AnyModel, terms: Array, stds: Array) -> AnyModel:
     """The model with these terms in the place of its own."""
     sensor = model.sensor.replace(
         **{"transducer.compliant.relaxation": (), "transducer.photoelastic.relaxation": ()},

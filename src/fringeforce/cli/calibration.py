@@ -424,10 +424,10 @@ def creep(
     from fringeforce.calibration.relaxation import find_relaxation
     from fringeforce.io.bench_loads import load_bench_loads, load_frame_times
     from fringeforce.io.frames import load_frames
-    from fringeforce.models.files import load_strip_model
+    from fringeforce.models.files import load_model
 
     writable(output, "models", frames, loads)
-    elastic, images = load_strip_model(model), load_frames(frames)
+    elastic, images = load_model(model), load_frames(frames)
     known = load_bench_loads(loads, elastic.sensor, len(images))
     times = load_frame_times(frames, len(images), fps)
     found = find_relaxation(elastic, images, known, times)

@@ -61,7 +61,7 @@ def simulate(
         float | None,
         typer.Option(
             metavar="<Hz>",
-            help="Frames per second, which the file keeps; a strip that relaxes does not creep "
+            help="Frames per second, which the file keeps; a sensor that relaxes does not creep "
             "without.",
         ),
     ] = None,
@@ -89,7 +89,7 @@ def simulate(
     times = None if fps is None else load_frame_times(forces, len(touch), fps)
     warm = temperatures(temperature, times)
     state = {} if warm is None else {"temperature": warm}
-    if times is not None and sensor.dimensions == 1:  # a pad does not creep
+    if times is not None:
         state["times"] = times
     found = solved()
     frames = found.expose(touch, rng=seed, **state)
@@ -114,7 +114,7 @@ def read(
         float | None,
         typer.Option(
             metavar="<Hz>",
-            help="Frames per second of a strip that relaxes, if they have no times.",
+            help="Frames per second of a sensor that relaxes, if they have no times.",
         ),
     ] = None,
     temperature: Temperature = None,

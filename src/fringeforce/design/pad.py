@@ -23,6 +23,8 @@ from fringeforce.design.parts import (
     Layer,
     Part,
     PhotoelasticLayer,
+    Relaxation,
+    RelaxationTerm,
     check_thickness,
 )
 from fringeforce.design.strip import Section, Transducer
@@ -68,8 +70,19 @@ class PadTransducer(Part):
         "for what large strain changes",
         json_schema_extra={"ideal": True},
     )
+    relaxation: Relaxation = Field(
+        default=(),
+        description='of both layers alike: [["6 %", "0.4 s"], ["4 %", "15 s"]], or tables of share '
+        "and time, whose shares may have tolerances; readings of tactels take it",
+        json_schema_extra={"ideal": True},
+    )
     compliant: Layer
     photoelastic: PhotoelasticLayer
+
+    @property
+    def relaxations(self) -> tuple[tuple[RelaxationTerm, ...], tuple[RelaxationTerm, ...]]:
+        """Terms of the compliant and of the photoelastic layer."""
+        return self.relaxation, self.relaxation
 
     @property
     def solved_in_a_plane(self) -> bool:
@@ -89,10 +102,17 @@ class PadTransducer(Part):
         return self
 
     @model_validator(mode="after")
-    def _does_not_creep(self) -> PadTransducer:
-        clear = self.photoelastic
-        if self.compliant.relaxation or clear.relaxation or clear.optical_creep:
-            raise ValueError("relaxation and optical creep are of strips; leave them out of a pad")
+    def _relaxes_as_one(self) -> PadTransducer:
+        if self.compliant.relaxation or self.photoelastic.relaxation:
+            raise ValueError(
+                "layers that relax unlike are of strips; state transducer.relaxation, of both "
+                "layers of a pad alike"
+            )
+        if self.strain == "finite" and (self.relaxation or self.photoelastic.optical_creep):
+            raise ValueError(
+                'a pad creeps under strain = "linear"; leave "finite" out, or relaxation and '
+                "optical_creep"
+            )
         return self
 
 

@@ -19,14 +19,17 @@ What the photoelastic effect itself gains is one more factor, 1 + sum_k o_k / (1
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fringeforce.base.arrays import Array, numbers
 from fringeforce.base.errors import InputError
+from fringeforce.design.pad import Pad, PadTransducer
 from fringeforce.design.parts import RelaxationTerm
 from fringeforce.design.strip import Sensor, Transducer
+from fringeforce.models.presses import are_presses
 
 DECADE = np.log(10.0)
 """Distance on the logarithm of time to the neighbours of a single term."""
@@ -76,7 +79,7 @@ class Creep:
         return float(wave / len(self.rates))
 
     @classmethod
-    def of(cls, transducer: Transducer) -> Creep:
+    def of(cls, transducer: Transducer | PadTransducer) -> Creep:
         """Of the clear layer's relaxation by the strain-optic law, and of its optical creep."""
         clear = transducer.photoelastic
         by_strain = clear.effect == "strain_optic_coefficient"
@@ -164,6 +167,53 @@ class Creep:
             lags = self.passed(lags, values[k - 1], values[k], float(times[k] - times[k - 1]))
             found[k] = np.tensordot(self.amounts, lags, 1)
         return found
+
+
+def lasting_forces(
+    transducer: Transducer | PadTransducer, forces: Array, times: ArrayLike
+) -> Array:
+    """Forces that show at once what forces in a row show with creep.
+
+    Parameters
+    ----------
+    transducer : Transducer or PadTransducer
+        Whose layers relax alike.
+    forces : ndarray, shape (F, n, components)
+        Linear from one frame to the next [N].
+    times : array_like, shape (F,)
+        When the frames are exposed [s].
+    """
+    own = checked_times(times, len(forces))
+    return forces + Creep.of(transducer).added(own, forces)
+
+
+def crept_forces(pad: Pad, forces: Any, times: ArrayLike | None) -> Any:
+    """Forces of tactels, shape (F, n, 3), that show at once what these show with creep.
+
+    Parameters
+    ----------
+    pad : Pad
+        The design.
+    forces : array_like, shape (F, n, 3)
+        Linear from one frame to the next [N].
+    times : array_like, shape (F,), optional
+        When the frames are exposed [s]; without, nothing creeps.
+
+    Raises
+    ------
+    InputError
+        If forces are not of frames in a row, or presses, or times do not fit.
+    """
+    if times is None:
+        return forces
+    if are_presses(forces):
+        raise InputError(
+            "A pad that creeps is simulated with forces on tactels; give forces of shape (F, n, 3)."
+        )
+    loads = np.asarray(forces, dtype=float)
+    if loads.ndim != 3:
+        raise InputError(f"times go with frames in a row, not with shape {loads.shape[:-2]}.")
+    return lasting_forces(pad.transducer, loads, times)
 
 
 def creeps(transducer: Transducer) -> bool:

@@ -23,6 +23,7 @@ from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.sides import sided_influence
 from fringeforce.models.as_built import changes_influence, drawn, loosened
+from fringeforce.models.creep import crept_forces
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.imaging_files import read_calibration, write_calibration
 from fringeforce.models.pad_as_built import BuiltPad, built_pad
@@ -283,6 +284,7 @@ class PadModel:
         rng: camera_optics.Rng = None,
         as_built: camera_optics.Rng = None,
         temperature: ArrayLike | None = None,
+        times: ArrayLike | None = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera would deliver, shape (..., *frame_shape), uint8 or uint16.
 
@@ -297,6 +299,9 @@ class PadModel:
             pad as drawn if not given.
         temperature : array_like, shape () or (...), optional
             Of the photoelastic layer, for all frames or each [K]; that of the design if not given.
+        times : array_like, shape (F,), optional
+            When the frames are exposed [s].  Loads change linearly from one to the next, nothing
+            acted before the first, and a pad that relaxes creeps; without them it does not.
 
         Warns
         -----
@@ -305,9 +310,11 @@ class PadModel:
         """
         warn_of_strain(self.sensor, forces)
         if as_built is not None:
-            return self.as_built(as_built).expose(forces, rng, temperature=temperature)
+            built = self.as_built(as_built)
+            return built.expose(forces, rng, temperature=temperature, times=times)
         camera, axes = self.sensor.camera, len(self.frame_shape)
-        light = self.intensity(warm_forces(self.sensor, forces, temperature))
+        shown = crept_forces(self.sensor, forces, times)
+        light = self.intensity(warm_forces(self.sensor, shown, temperature))
         return camera_optics.expose(camera, light, rng, frame_axes=axes)
 
     def as_built(self, rng: camera_optics.Rng = None) -> BuiltPad:

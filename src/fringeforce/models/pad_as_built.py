@@ -21,6 +21,7 @@ from scipy.ndimage import convolve1d
 from fringeforce.design.pad import Pad
 from fringeforce.mechanics.solid.block import Patches
 from fringeforce.models.as_built import FIELD_STEP, LIGHT_LENGTH, PLACEMENT, RESIDUAL, SIZE
+from fringeforce.models.creep import crept_forces
 from fringeforce.models.pad_presses import press_slices
 from fringeforce.models.pad_slices import block_of, slice_retardance
 from fringeforce.models.presses import Presses, are_presses
@@ -169,6 +170,7 @@ class BuiltPad:
         rng: camera_optics.Rng = None,
         contacts: Array | None = None,
         temperature: ArrayLike | None = None,
+        times: ArrayLike | None = None,
     ) -> NDArray[np.unsignedinteger]:
         """Frames that the camera of this pad would deliver, each with contacts of its own.
 
@@ -180,13 +182,14 @@ class BuiltPad:
             Source of contacts, light and noise.
         contacts : ndarray, shape (..., n, 4), optional
             Where the tractions are, if it is known; drawn anew for every frame if not given.
-        temperature : array_like, shape () or (...), optional
-            Of the photoelastic layer, as of `PadModel.expose` [K].
+        temperature, times
+            As of `PadModel.expose`.
         """
         generator, axes = np.random.default_rng(rng), len(self.model.frame_shape)
         if contacts is None and not are_presses(forces) and self._touched_anew:
             contacts = self.contacts(np.shape(cast(ArrayLike, forces))[:-2], generator)
-        light = self.intensity(warm_forces(self.model.sensor, forces, temperature), contacts)
+        shown = crept_forces(self.model.sensor, forces, times)
+        light = self.intensity(warm_forces(self.model.sensor, shown, temperature), contacts)
         camera = self.model.sensor.camera
         light = light if self.light is None else light * self.light
         return camera_optics.expose(camera, light, generator, frame_axes=axes)

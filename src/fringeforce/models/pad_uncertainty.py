@@ -29,7 +29,7 @@ from fringeforce.design.pad import Pad
 from fringeforce.design.tolerances import with_values
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
-from fringeforce.models.design_modes import DRIFTS
+from fringeforce.models.design_modes import DRIFTS, RELAXING, THERMAL
 from fringeforce.models.imaging import camera_response
 from fringeforce.models.line_moments import FOLLOWED_STDS
 from fringeforce.models.pad import PadModel
@@ -117,7 +117,7 @@ class PadUncertainty:
             If readings of pads do not allow for a tolerance.
         """
         pad, found, begin = self.model.sensor, list[Group](), 0
-        stated = dict(pad.tolerances)
+        stated = _of_frames(pad)
         if pad.camera.unevenness:
             stated[UNEVEN] = pad.camera.unevenness
         if pad.camera.drift:
@@ -504,7 +504,13 @@ class PadUncertainty:
 
 def uncertain(pad: Pad) -> bool:
     """Whether anything is uncertain about a pad besides noise."""
-    return bool(pad.tolerances or pad.camera.drift or pad.camera.unevenness)
+    return bool(_of_frames(pad) or pad.camera.drift or pad.camera.unevenness)
+
+
+def _of_frames(pad: Pad) -> dict[str, float]:
+    """Tolerances but for those of creep and temperature, which are allowed for over time."""
+    elsewhere = (*RELAXING, *THERMAL)
+    return {path: std for path, std in pad.tolerances.items() if not path.startswith(elsewhere)}
 
 
 def pad_response(pad: Pad) -> Response:

@@ -41,7 +41,7 @@ from fringeforce.models.as_built import (
     loosened,
     shape_errors,
 )
-from fringeforce.models.creep import Creep, checked_times
+from fringeforce.models.creep import Creep, checked_times, lasting_forces
 from fringeforce.models.finite_strain import (
     Strain,
     checked_strain,
@@ -359,9 +359,7 @@ class SensorModel:
         if times is not None and finite and len(Creep.of(transducer).rates):
             # strains are those of loads with their lags at once, and so is the light of strain
             loads = self._loads_in_a_row(forces, times)
-            own = checked_times(times, len(loads))
-            lasting = loads + Creep.of(transducer).added(own, loads)
-            phase = self.phase(lasting, strain=strain)
+            phase = self.phase(lasting_forces(transducer, loads, times), strain=strain)
             return frame_scale(self.sensor, temperature, phase.shape[:-1]) * phase
         if times is not None and len(ratio.rates):
             phase = self._turned_phase(forces, times, ratio)

@@ -1,4 +1,4 @@
-"""Forces of a strip that creeps, from the loads that each frame shows by itself.
+"""Forces of a strip or pad that creeps, from the loads that each frame shows by itself.
 
 A frame shows g = f + sum_k c_k z_k, with the lags z_k of all loads f so far.  The lags follow from
 the forces as they are read, linear from one frame to the next, so that g and the lags before give
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion
 
 from fringeforce.base.errors import InputError
+from fringeforce.design.pad import Pad
 from fringeforce.design.strip import Sensor
 from fringeforce.design.tolerances import REACH, number_at, with_values
 from fringeforce.estimation.residual_test import FALSE_VERDICT, PLAIN, square_limit
@@ -46,15 +47,15 @@ FADING = (
 
 
 class UncertainCreep:
-    """Creep of a strip whose terms are uncertain.
+    """Creep of a sensor whose terms are uncertain.
 
     Parameters
     ----------
-    sensor : Sensor
-        The strip.
+    sensor : Sensor or Pad
+        The sensor.
     """
 
-    def __init__(self, sensor: Sensor) -> None:
+    def __init__(self, sensor: Sensor | Pad) -> None:
         self._sensor = sensor
         self._terms = {
             path: (found[0], std)
@@ -92,8 +93,8 @@ class CreepFilter:
 
     Parameters
     ----------
-    sensor : Sensor
-        The strip.
+    sensor : Sensor or Pad
+        The strip or pad.
     history : float
         Standard deviation of the forces that acted for long before the first frame [N].
 
@@ -103,7 +104,7 @@ class CreepFilter:
         If the history is no standard deviation.
     """
 
-    def __init__(self, sensor: Sensor, history: float) -> None:
+    def __init__(self, sensor: Sensor | Pad, history: float) -> None:
         if not (np.isfinite(history) and history >= 0):
             raise InputError(
                 f"history = {history:g} N is no standard deviation; give 0 or more newtons."
@@ -203,13 +204,13 @@ class CreepFilter:
         """Take the creep out of a whole recording, in place, with what later frames tell.
 
         Noise that lags hold of earlier frames is left out; it is a hundredth of that of a frame.
+        The covariances of its frames have to be there.
         """
+        assert found.covariance is not None
         rows = np.flatnonzero([status.usable for status in found.status])
         when, size = times[rows], found.forces[0].size
         shown = found.forces[rows].reshape(-1, size)
-        spread = np.eye(size) * found.std[rows].reshape(-1, 1, size) ** 2
-        if found.covariance is not None:
-            spread = found.covariance[rows].copy()
+        spread = found.covariance[rows].copy()
         seen = np.array([s is not Status.NO_CONTACT for s in found.status[rows]], dtype=bool)
         self.batch(found, times)
         if not len(self._uncertain) and not self._history:
@@ -251,8 +252,7 @@ class CreepFilter:
                 continue
             found.forces[row] = forces.reshape(found.forces[row].shape)
             found.std[row] = np.sqrt(np.diag(whole)).reshape(found.std[row].shape)
-            if found.covariance is not None:
-                found.covariance[row] = whole
+            found.covariance[row] = whole
             if _nothing(forces, whole):
                 found.status[row] = Status.NO_CONTACT
 
@@ -282,22 +282,19 @@ class CreepFilter:
         return drawn, share, np.concatenate([np.moveaxis(terms, 0, 2), history], axis=2)
 
     def batch(self, found: Batch, times: Array) -> None:
-        """Take the creep out of readings of a recording, in place."""
+        """Take the creep out of readings of a recording with covariances, in place."""
+        assert found.covariance is not None
         for row, time in enumerate(times):
             status = found.status[row]
             if not status.usable:
                 continue
             touched = status is not Status.NO_CONTACT
             forces, share, modes = self.next(float(time), found.forces[row], touched)
-            variance = share**2 * found.std[row] ** 2
-            variance += np.square(modes).sum(axis=0).reshape(variance.shape)
-            covariance = np.diag(variance.ravel())
-            if found.covariance is not None:
-                covariance = share**2 * found.covariance[row] + modes.T @ modes
-                found.covariance[row] = covariance
+            covariance = share**2 * found.covariance[row] + modes.T @ modes
             if touched and _nothing(forces, covariance):
                 found.status[row] = Status.NO_CONTACT
-            found.forces[row], found.std[row] = forces, np.sqrt(variance)
+            found.forces[row], found.covariance[row] = forces, covariance
+            found.std[row] = np.sqrt(np.diag(covariance)).reshape(forces.shape)
 
 
 def _without(

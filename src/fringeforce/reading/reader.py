@@ -6,6 +6,7 @@ import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
+from dataclasses import replace
 from functools import cached_property
 from itertools import repeat
 from weakref import WeakSet
@@ -112,8 +113,8 @@ class Reader:
     confidence : float
         Probability of the likeliest explanation from which a reading is OK.
     history : float
-        Of a strip that relaxes: standard deviation of forces that may have acted on each tactel for
-        long before the first frame, whose creep is left [N].
+        Of a sensor with tactels that relaxes: standard deviation of forces that may have acted on
+        each tactel for long before the first frame, whose creep is left [N].
 
     Raises
     ------
@@ -239,7 +240,7 @@ class Reader:
         mask : array_like of bool, shape of a frame, optional
             Pixels to leave out, such as dead ones, where true.
         time : float, optional
-            When it was exposed [s]; needed of a strip that relaxes, whose creep is taken out.
+            When it was exposed [s]; needed of a sensor that relaxes, whose creep is taken out.
         temperature : float, optional
             Of the photoelastic layer [K], of designs that state what it does to the light; as at
             the design's reference temperature if not given.
@@ -254,7 +255,7 @@ class Reader:
         ------
         InputError
             If the mask does not fit the sensor, if the polariscope of a pad cannot tell a force
-            from its negative, or if the time of a frame of a strip that relaxes is missing.
+            from its negative, or if the time of a frame of a sensor that relaxes is missing.
         """
         used = self._single.usable(mask)
         levels = self._single.checked(frame, used)
@@ -271,12 +272,12 @@ class Reader:
             return reading if self._creep is None else self._creep.reading(reading, float(own[0]))
 
     def _times(self, times: ArrayLike | None, frames: int) -> Array:
-        """Times of frames of a strip that relaxes; none of others."""
+        """Times of frames of a sensor that relaxes; none of others."""
         if not self.needs_times:
             return np.empty(0)
         if times is None:
             raise InputError(
-                "This strip relaxes, so that its frames show earlier loads too; give the time of "
+                "This sensor relaxes, so that its frames show earlier loads too; give the time of "
                 "each frame, time= or times=, in seconds."
             )
         return checked_times(np.atleast_1d(times), frames)
@@ -376,7 +377,9 @@ class Reader:
         covariance, mask, progress, times, temperatures
             As of `read_batch`.
         """
-        levels, batch = self._prepared(frames, covariance)
+        if self._one_by_one:
+            return self._each(frames, covariance, mask, progress, times, temperatures)
+        levels, batch = self._prepared(frames, covariance or self._creep is not None)
         own, used = self._times(times, len(batch)), self._single.usable(mask)
         scales = checked_scales(self.model.sensor, temperatures, len(batch))
         with self._turn:
@@ -387,6 +390,31 @@ class Reader:
                 scale_batch(batch, *scales)
             if self._creep is not None:
                 self._creep.batch(batch, own)
+        return batch if covariance else replace(batch, covariance=None)
+
+    @property
+    def _one_by_one(self) -> bool:
+        """Whether covariances, which tell creep from a contact, are too large to keep of frames."""
+        return self._creep is not None and self.model.sensor.dimensions > 1
+
+    def _each(
+        self,
+        frames: ArrayLike,
+        covariance: bool,
+        mask: ArrayLike | None,
+        progress: Callable[[int], None] | None,
+        times: ArrayLike | None,
+        temperatures: ArrayLike | None,
+    ) -> Batch:
+        """Read the next frames one after the other, as of `read_on`."""
+        _, batch = self._prepared(frames, covariance)
+        when, sensor = self._times(times, len(batch)), self.model.sensor
+        checked_scales(sensor, temperatures, len(batch))
+        warm = np.broadcast_to(temperatures, len(batch)) if temperatures is not None else None
+        for row, reading in enumerate(self.stream(np.asarray(frames), mask, when, warm)):
+            batch.store(row, reading)
+            if progress is not None:
+                progress(1)
         return batch
 
     def read_batch(
@@ -423,8 +451,12 @@ class Reader:
         temperatures : float or array_like, shape (k,), optional
             Of the photoelastic layer, for all frames or each, as of `read` [K].
         """
-        levels, batch = self._prepared(frames, covariance)
-        own, creep = self._times(times, len(batch)), self._single.creep_filter(self._history)
+        if self._one_by_one:
+            other = Reader(self.model, history=self._history, confidence=self._single.confidence)
+            return other._each(frames, covariance, mask, progress, times, temperatures)
+        creep = self._single.creep_filter(self._history)
+        levels, batch = self._prepared(frames, covariance or creep is not None)
+        own = self._times(times, len(batch))
         scales = checked_scales(self.model.sensor, temperatures, len(batch))
         used = self._single.usable(mask)
         count = max(1, min(workers or os.cpu_count() or 1, len(levels) // SHORTEST_PART))
@@ -459,7 +491,7 @@ class Reader:
             scale_batch(batch, *scales)
         if creep is not None:
             creep.smoothed(batch, own)
-        return batch
+        return batch if covariance else replace(batch, covariance=None)
 
     def _prepared(self, frames: ArrayLike, covariance: bool) -> tuple[NDArray, Batch]:
         """Grey levels of a recording with a row for each frame, and room for their readings."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.arrays import Array, Mask
+from fringeforce.base.errors import InputError
 from fringeforce.estimation.covariance import covariance_of
 from fringeforce.estimation.hypotheses import posterior_weights
 from fringeforce.estimation.levenberg_marquardt import MOST_STEPS, Curvature
@@ -96,6 +97,11 @@ class PadSkinReader(PadFrames):
         super().__post_init__()
         if self.uncertain is not None:
             _ = self.uncertain.groups  # what cannot be allowed for is refused at once
+        if self.relaxes:
+            raise InputError(
+                "Readings of a pad's skin do not allow for relaxation; leave it out, or take "
+                "tactels."
+            )
         self.check_signed()
 
     @cached_property
