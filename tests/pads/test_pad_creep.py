@@ -69,6 +69,7 @@ def test_a_recording_read_at_once_is_one_read_frame_by_frame(creeping, frames) -
     some = slice(0, 20)
     ahead, singles = ff.Reader(creeping), ff.Reader(creeping)
     batch = ahead.read_on(frames[some], covariance=True, times=TIMES[some])
+    assert batch.covariance is not None
     for row, one in enumerate(singles.stream(frames[some], times=TIMES[some])):
         assert batch.status[row] is one.status
         np.testing.assert_array_equal(batch.forces[row], one.forces)
@@ -120,7 +121,8 @@ def test_creep_that_no_model_knows_is_refused(values: dict, words: str) -> None:
 
 
 def test_skins_and_presses_of_pads_do_not_creep(creeping) -> None:
-    skin = ff.load_sensor("pad-skin").replace(**{"transducer.relaxation": TERMS})
+    small = {"transducer.length": "15 mm", "skin.extent": ["12 mm", "12 mm"]}
+    skin = ff.load_sensor("pad-skin").replace(**small, **{"transducer.relaxation": TERMS})
     with pytest.raises(InputError, match="do not allow for relaxation"):
         ff.Reader(ff.characterize(skin))
     presses = [[ff.Press(x=0.0, y=0.0, normal=1.0, radius=5e-3)]] * 2
