@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from fringeforce.base.arrays import Index
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.hypotheses import CONFIDENCE
+from fringeforce.models.creep import Creep
 from fringeforce.reading.batch import Batch, Progress, grey_levels
 from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.reading import Reading, Status
@@ -103,20 +104,20 @@ class FrameReader(ABC):
             Numbers of the pixels of a frame.
         """
 
-    @property
+    @cached_property
     def relaxes(self) -> bool:
         """Whether frames show earlier loads too."""
-        return False
+        return len(Creep.of(self.model.sensor.transducer).amounts) > 0
 
     def creep_filter(self, history: float) -> CreepFilter | None:
-        """What takes creep out of readings in a row, of a strip that creeps.
+        """What takes creep out of readings in a row, of a sensor that relaxes.
 
         Parameters
         ----------
         history : float
             Standard deviation of the forces that acted for long before the first frame [N].
         """
-        return None
+        return CreepFilter(self.model.sensor, history) if self.relaxes else None
 
     def read(
         self, frame: ArrayLike, mask: ArrayLike | None = None, start: ArrayLike | None = None
@@ -248,7 +249,7 @@ class Follower(ABC):
         """Forget the last reading: the next frame is searched."""
 
     def expect(self, times: Array, scales: Array) -> None:  # noqa: B027, most need not know
-        """Take the times of the next frames of a sensor that relaxes.
+        """Take the times of the next frames of a sensor that relaxes, in the place of others.
 
         Parameters
         ----------

@@ -430,7 +430,8 @@ class Reader:
         """Read a recording on all processor cores; independent of what was read before.
 
         The recording is cut into as many parts as there are workers, each of which begins with a
-        search and is followed from there.
+        search and is followed from there.  A pad or a skin that relaxes is read in one part, for
+        what earlier frames left is known before each.
 
         Parameters
         ----------

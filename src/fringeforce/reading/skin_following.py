@@ -84,7 +84,7 @@ class SkinFollower(Follower):
 
     def expect(self, times: Array, scales: Array) -> None:
         """Take the times of the next frames, as of `Follower.expect`."""
-        self._coming.extend(zip(times.tolist(), scales.tolist(), strict=True))
+        self._coming = deque(zip(times.tolist(), scales.tolist(), strict=True))
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""

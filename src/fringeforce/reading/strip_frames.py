@@ -17,7 +17,6 @@ from fringeforce.contacts.loads import checked_loads
 from fringeforce.estimation.bounds import bounds_of
 from fringeforce.estimation.frame_exposure import expose
 from fringeforce.estimation.frame_information import information
-from fringeforce.models.creep import Creep
 from fringeforce.models.line_moments import FOLLOWED_STDS
 from fringeforce.models.strip import SensorModel
 from fringeforce.models.uncertainty import Uncertainty, uncertainty
@@ -61,11 +60,6 @@ class StripFrames(FrameReader):
     model: SensorModel
     noise: float = 1.0
     centre: Uncertainty | None = None
-
-    @property
-    def relaxes(self) -> bool:
-        """Whether frames show earlier loads too."""
-        return len(Creep.of(self.model.sensor.transducer).amounts) > 0
 
     @cached_property
     def uncertain(self) -> Uncertainty:

@@ -47,7 +47,6 @@ from fringeforce.reading.contact_prior import (
     unseen_words,
     widened,
 )
-from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.departure_test import HARMLESS, DepartureTest
 from fringeforce.reading.frame_light import Lines
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS
@@ -180,10 +179,6 @@ class StripFrameReader(StripFrames):
         """What the second order leaves of large strain; none of small strain."""
         finite = len(self.uncertain.frame.curvature) > 0
         return HigherOrders(self.model, self.uncertain) if finite else None
-
-    def creep_filter(self, history: float) -> CreepFilter | None:
-        """What takes creep out of readings in a row, if the strip creeps."""
-        return CreepFilter(self.model.sensor, history) if self.relaxes else None
 
     @cached_property
     def _search(self) -> PosteriorSearch:

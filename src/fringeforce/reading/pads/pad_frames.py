@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.likelihood import Response
-from fringeforce.models.creep import Creep
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import pad_response
 from fringeforce.optics.arrangement import signed
@@ -38,11 +37,6 @@ class PadFrames(FrameReader):
                 "nothing can be read without an earlier state; take a polarisation camera, or "
                 'channels with arrangement = "analyser" at two angles, 45 degrees apart.'
             )
-
-    @property
-    def relaxes(self) -> bool:
-        """Whether frames show earlier loads too."""
-        return len(Creep.of(self.model.sensor.transducer).amounts) > 0
 
     @cached_property
     def response(self) -> Response:

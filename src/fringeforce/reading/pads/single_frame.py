@@ -16,7 +16,6 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_departures import PadDeparture
 from fringeforce.models.pad_series import PadSeries
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
-from fringeforce.reading.creep import CreepFilter
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SquaresDepartureTest
@@ -75,10 +74,6 @@ class PadFrameReader(PadFrames):
         super().__post_init__()
         if self.uncertain is not None:
             _ = self.uncertain.groups  # what cannot be allowed for is refused at once
-
-    def creep_filter(self, history: float) -> CreepFilter | None:
-        """What takes creep out of readings in a row, if the pad creeps."""
-        return CreepFilter(self.model.sensor, history) if self.relaxes else None
 
     @cached_property
     def usable_pixels(self) -> Mask:
