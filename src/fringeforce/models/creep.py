@@ -18,8 +18,9 @@ What the photoelastic effect itself gains is one more factor, 1 + sum_k o_k / (1
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -168,6 +169,41 @@ class Creep:
             found[k] = np.tensordot(self.amounts, lags, 1)
         return found
 
+    def lasting(self, times: Array, values: Iterable[Array]) -> Iterator[Array]:
+        """Values with what lags add to them, one after the other, as of `added`.
+
+        Parameters
+        ----------
+        times : ndarray, shape (F,)
+            Ascending [s].
+        values : iterable of ndarray, shape (...)
+            Of each time.
+        """
+        lags, before, last = np.empty(0), np.empty(0), 0.0
+        for number, (time, value) in enumerate(zip(times.tolist(), values, strict=True)):
+            if number:
+                lags = self.passed(lags, before, value, time - last)
+            else:
+                lags = np.zeros((len(self.rates), *value.shape))
+            before, last = value, time
+            yield value + np.tensordot(self.amounts, lags, 1)
+
+
+class Crept(NamedTuple):
+    """What creep of earlier loads adds to a frame.
+
+    Attributes
+    ----------
+    left : ndarray, shape (...)
+        What it adds to what loads cause: the phase at the nodes of a strip [rad], the harmonics of
+        the tractions of a pad [N].
+    modes : ndarray, shape (u, ...)
+        Its change with a standard deviation of each value that is uncertain about it.
+    """
+
+    left: Array
+    modes: Array
+
 
 def lasting_forces(
     transducer: Transducer | PadTransducer, forces: Array, times: ArrayLike
@@ -208,7 +244,8 @@ def crept_forces(pad: Pad, forces: Any, times: ArrayLike | None) -> Any:
         return forces
     if are_presses(forces):
         raise InputError(
-            "A pad that creeps is simulated with forces on tactels; give forces of shape (F, n, 3)."
+            "A pad as built that creeps is simulated with forces on tactels; give forces of shape "
+            "(F, n, 3), or the model of the drawing."
         )
     loads = np.asarray(forces, dtype=float)
     if loads.ndim != 3:

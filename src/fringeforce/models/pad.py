@@ -23,7 +23,7 @@ from fringeforce.mechanics.solid.block import Block, Patches, SolidInfluence
 from fringeforce.mechanics.solid.fourier import stress_influence
 from fringeforce.mechanics.solid.sides import sided_influence
 from fringeforce.models.as_built import changes_influence, drawn, loosened
-from fringeforce.models.creep import crept_forces
+from fringeforce.models.creep import Creep, checked_times, crept_forces
 from fringeforce.models.imaging import Calibration
 from fringeforce.models.imaging_files import read_calibration, write_calibration
 from fringeforce.models.pad_as_built import BuiltPad, built_pad
@@ -313,9 +313,22 @@ class PadModel:
             built = self.as_built(as_built)
             return built.expose(forces, rng, temperature=temperature, times=times)
         camera, axes = self.sensor.camera, len(self.frame_shape)
-        shown = crept_forces(self.sensor, forces, times)
-        light = self.intensity(warm_forces(self.sensor, shown, temperature))
+        if times is not None and are_presses(forces):
+            warm_forces(self.sensor, forces, temperature)  # refuses a temperature
+            light = self._creeping(forces, times)
+        else:
+            shown = crept_forces(self.sensor, forces, times)
+            light = self.intensity(warm_forces(self.sensor, shown, temperature))
         return camera_optics.expose(camera, light, rng, frame_axes=axes)
+
+    def _creeping(self, presses: Sequence[Any], times: ArrayLike) -> Array:
+        """Light of presses in frames in a row, shape (F, *frame_shape), as the pad creeps."""
+        own = checked_times(times, len(presses))
+        if not all(isinstance(frame, Sequence) for frame in presses):
+            raise InputError("times go with frames in a row; give a list of presses for each.")
+        slices = (press_slices(self.sensor, frame, *self.pixel_positions) for frame in presses)
+        lasting = Creep.of(self.sensor.transducer).lasting(own, slices)
+        return np.array([self._seen(one) for one in lasting], dtype=float)
 
     def as_built(self, rng: camera_optics.Rng = None) -> BuiltPad:
         """Draw one real pad from the tolerances of the design.

@@ -30,6 +30,7 @@ from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import FrameModel, Layout
 from fringeforce.mechanics.finite_strain import FiniteStrip
 from fringeforce.mechanics.surface_loads import SurfaceLoad
+from fringeforce.models.creep import Crept
 from fringeforce.models.finite_strain import SkinStrain
 from fringeforce.models.node_splines import coefficients
 from fringeforce.models.skin_influence import (
@@ -97,21 +98,6 @@ class Contacts(NamedTuple):
         """The same from left to right."""
         order = np.argsort(self.geometry[:, PLACE])
         return Contacts(self.forces[order], self.geometry[order])
-
-
-class Crept(NamedTuple):
-    """What creep of earlier loads adds to a frame.
-
-    Attributes
-    ----------
-    phase : ndarray, shape (m,)
-        At the nodes [rad].
-    modes : ndarray, shape (u, m)
-        Its change with a standard deviation of each value that is uncertain about it [rad].
-    """
-
-    phase: Array
-    modes: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -348,7 +334,7 @@ class SkinModel:
         known = ((contacts.geometry - self.drawn).ravel()) / units
         doubts = MESH * bent
         if crept is not None:
-            left, doubts = left + crept.phase, np.concatenate([doubts, crept.modes])
+            left, doubts = left + crept.left, np.concatenate([doubts, crept.modes])
         more = len(fields) + len(doubts)
         at = Layout(*base.at[:4], *(begin + more for begin in base.at[4:]))
         frame = base._replace(
@@ -365,7 +351,7 @@ class SkinModel:
         """The model of a frame of small strain, as of `frame`, with other creep than it had."""
         fields, first = model.fields.copy(), model.at.loads // 2 * GEOMETRY
         fields[first : first + len(now.modes)] = now.modes
-        return model._replace(fixed=model.fixed + now.phase - before.phase, fields=fields)
+        return model._replace(fixed=model.fixed + now.left - before.left, fields=fields)
 
     def phase_of_lines(self, forces: Array) -> Array:
         """Phase at the nodes that forces of line loads (n, 2) cause, shape (m,) [rad]."""

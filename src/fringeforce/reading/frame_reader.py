@@ -268,3 +268,34 @@ class Follower(ABC):
         self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
     ) -> None:
         """Fill in the readings of the next frames, shape (k, P), which were not checked."""
+
+
+class FrameByFrame(Follower):
+    """Reads frames one by one.
+
+    Parameters
+    ----------
+    single : FrameReader
+        What reads single ones.
+    """
+
+    def __init__(self, single: FrameReader) -> None:
+        self.single = single
+        self.reset()
+
+    def skip(self) -> None:
+        """Let a frame pass that cannot be used."""
+
+    def read_on(
+        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
+    ) -> None:
+        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
+        for row, frame in enumerate(levels):
+            found = self.single.checked(frame.reshape(self.single.model.frame_shape), used)
+            if isinstance(found, Reading):
+                self.skip()
+            else:
+                found = self.read(found, used)
+            batch.store(row, found)
+            if progress is not None:
+                progress(1)

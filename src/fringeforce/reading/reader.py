@@ -29,6 +29,7 @@ from fringeforce.reading.pads.following import PadFollower
 from fringeforce.reading.pads.single_frame import PadFrameReader
 from fringeforce.reading.pads.skin_reader import PadSkinFollower, PadSkinReader
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.skin_creep import following
 from fringeforce.reading.skin_diagnosis import SkinDiagnosis
 from fringeforce.reading.skin_following import SkinFollower
 from fringeforce.reading.skin_reader import SkinReader
@@ -70,13 +71,23 @@ def _of_pad_skin(single: FrameReader) -> Findings:
     return PadSkinDiagnosis(single).findings
 
 
+def _following_skin(single: FrameReader) -> Follower:
+    assert isinstance(single, SkinReader)
+    return following(SkinFollower(single))
+
+
+def _following_pad_skin(single: FrameReader) -> Follower:
+    assert isinstance(single, PadSkinReader)
+    return following(PadSkinFollower(single))
+
+
 _KINDS: dict[
     str, tuple[type[FrameReader], Callable[..., Follower], Callable[[FrameReader], Findings]]
 ] = {
     "strip": (StripFrameReader, StripFollower, _of_strip),
-    "skin": (SkinReader, SkinFollower, _of_skin),
+    "skin": (SkinReader, _following_skin, _of_skin),
     "pad": (PadFrameReader, PadFollower, _of_pad),
-    "pad skin": (PadSkinReader, PadSkinFollower, _of_pad_skin),
+    "pad skin": (PadSkinReader, _following_pad_skin, _of_pad_skin),
 }
 """What reads single frames, what follows them, and what diagnoses them, by the kind of sensor."""
 

@@ -306,6 +306,12 @@ class Reading:
         reading.__dict__.update(self.__dict__, findings=findings)
         return reading
 
+    def fading(self, words: str) -> Reading:
+        """The same of a frame that shows nothing but what earlier loads left, with a finding."""
+        reading = self.saying(words)
+        reading.__dict__.update(status=Status.NO_CONTACT, detail=words, contacts=())
+        return reading
+
     def departing(self, *findings: str) -> Reading:
         """The same of a frame that shows a departure from the design: forces are not to be used."""
         reading = self.saying(*findings)

@@ -4,47 +4,52 @@ A frame shows the contacts of its own time, and what lags behind those before:
 
     p = Psi f + sum_k c_k p_k,    dp_k / dt = r_k (Psi f - p_k),
 
-the lags of `models.creep`, of phases at the nodes in the place of forces: contacts have moved, and
-no few of them cause what they left.  Loads are linear from one frame to the next, so that the
-lags are a phase that is known, and a share of the load of the frame itself.  Contacts are found in
-what the known phase leaves, with the terms that are uncertain as modes of it, and their forces are
-less by that share.
+the lags of `models.creep`, in the place of forces of what these cause: contacts have moved, and no
+few of them cause what they left.  It is the phase at the nodes of a strip, and the harmonics of the
+tractions of a pad, whose light is not linear in them.  Loads are linear from one frame to the next,
+so that the lags are known, and a share of the load of the frame itself.  Contacts are found in what
+they leave, and their forces are less by that share.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from abc import abstractmethod
+from collections import deque
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from fringeforce.base.arrays import Array, Mask
 from fringeforce.base.errors import InputError
 from fringeforce.estimation.residual_test import FALSE_VERDICT, square_limit
-from fringeforce.models.skin import Crept, SkinModel
+from fringeforce.models.creep import Crept
 from fringeforce.reading.creep import FADING, UncertainCreep
-from fringeforce.reading.posterior_search import phase_information
+from fringeforce.reading.frame_reader import Follower, FrameByFrame, FrameReader
 from fringeforce.reading.reading import Reading, Status
 
 
-class SkinCreep:
-    """What earlier loads add to the frames of a skin that relaxes.
+class EarlierLoads:
+    """What earlier loads add to the frames of a sensor that relaxes.
 
     Parameters
     ----------
     uncertain : UncertainCreep
-        Of the strip.
-    skin : SkinModel
-        What contacts do.
+        Of the sensor.
+    shape : tuple of int
+        Of what loads cause.
     """
 
-    def __init__(self, uncertain: UncertainCreep, skin: SkinModel) -> None:
-        self._ways, self._skin = uncertain.ways(), skin
+    def __init__(self, uncertain: UncertainCreep, shape: tuple[int, ...]) -> None:
+        self._ways, self._shape = uncertain.ways(), shape
         self.reset()
 
     def reset(self) -> None:
         """Forget all earlier loads."""
-        nothing = np.zeros(len(self._skin.uncertain.frame.fixed))
         self._time: float | None = None
-        self._lags = [np.zeros((len(way.rates), len(nothing))) for way in self._ways]
-        self._phases = [nothing] * len(self._ways)
-        self._shown = nothing
+        self._lags = [np.zeros((len(way.rates), *self._shape)) for way in self._ways]
+        self._before = [np.zeros(self._shape)] * len(self._ways)
+        self._shown = np.zeros(self._shape)
         self.expect(0.0)
 
     def expect(self, time: float, scale: float = 1.0) -> None:
@@ -55,7 +60,7 @@ class SkinCreep:
         time : float
             Of the frame [s].
         scale : float
-            Of its phases, over those at the temperature of the design.
+            Of what it shows, over that at the temperature of the design.
 
         Raises
         ------
@@ -68,16 +73,15 @@ class SkinCreep:
                 f"A frame at {time:g} s follows one at {self._time:g} s; times must not descend."
             )
         self._next, self._scale = time, scale
-        self._weights = [way.weights(interval) for way in self._ways]
-        self._left = [
-            kept[:, None] * lags + np.multiply.outer(own, phase)
-            for (kept, own, _), lags, phase in zip(
-                self._weights, self._lags, self._phases, strict=True
-            )
-        ]
-        pairs = zip(self._ways, self._weights, strict=True)
-        self._shares = [1 / (1 + float(way.amounts @ new)) for way, (_, _, new) in pairs]
-        self._known = [way.amounts @ left for way, left in zip(self._ways, self._left, strict=True)]
+        self._left, self._new, self._shares, self._known = [], [], [], []
+        for way, lags, before in zip(self._ways, self._lags, self._before, strict=True):
+            kept, own, new = way.weights(interval)
+            faded = kept.reshape(-1, *[1] * len(self._shape)) * lags
+            left = faded + np.multiply.outer(own, before)
+            self._left.append(left)
+            self._new.append(new)
+            self._shares.append(1 / (1 + float(way.amounts @ new)))
+            self._known.append(np.tensordot(way.amounts, left, 1))
         drawn, share = self._known[0], self._shares[0]
         modes = [
             known - drawn + (share / own - 1) * self._shown
@@ -86,28 +90,112 @@ class SkinCreep:
         missed = self._ways[0].ripple * drawn
         self.now = Crept(scale * drawn, scale * np.array([*modes, missed]))
 
-    def reading(self, found: Reading) -> Reading:
-        """A reading of the frame that was expected, without creep, if it is explained."""
-        if not found.status.usable:
-            return found
-        touched, nothing = found.status is not Status.NO_CONTACT, np.zeros_like(self._shown)
-        self._shown = nothing
-        if touched:
-            self._shown = self._skin.phase_of_lines(found.forces) / self._scale
+    @property
+    def share(self) -> float:
+        """Load of the frame that is expected, over what it shows beside `now`."""
+        return self._shares[0]
+
+    def passed(self, shown: Array | None) -> None:
+        """Take what the frame that was expected shows beside `now`; None if nothing acts."""
+        self._shown = np.zeros(self._shape) if shown is None else shown / self._scale
         self._time, whole = self._next, self._known[0] + self._shown
-        for k, (_, _, new) in enumerate(self._weights):
-            phase = self._shares[k] * (whole - self._known[k]) if touched else nothing
-            self._lags[k] = self._left[k] + np.multiply.outer(new, phase)
-            self._phases[k] = phase
-        if touched:
-            return found.scaled(self._shares[0])
-        return found.saying(FADING) if self._shows() else found
+        for k, new in enumerate(self._new):
+            caused = np.zeros(self._shape)
+            if shown is not None:
+                caused = self._shares[k] * (whole - self._known[k])
+            self._lags[k] = self._left[k] + np.multiply.outer(new, caused)
+            self._before[k] = caused
 
-    def _shows(self) -> bool:
-        """Whether noise does not hide what creep adds.
 
-        The light of a phase beside a multiple of pi is half of what its slope there lets expect.
-        """
-        known = phase_information(self._skin.uncertain.frame, self.now.phase)
-        square = float(known @ np.square(self.now.phase)) / 4
-        return square > square_limit(1, FALSE_VERDICT)
+class SkinFrames(FrameByFrame):
+    """Follows the frames of a skin; what creep adds to the next one is set before it is read.
+
+    Attributes
+    ----------
+    crept : Crept or None
+        What creep of earlier loads adds; None of a skin that does not relax.
+    """
+
+    crept: Crept | None = None
+
+    @property
+    @abstractmethod
+    def shape(self) -> tuple[int, ...]:
+        """Shape of what contacts cause, as of `Crept`."""
+
+    @abstractmethod
+    def caused(self, reading: Reading) -> Array | None:
+        """What the contacts of the last reading cause; None if they are not known."""
+
+    @abstractmethod
+    def shows(self, crept: Crept) -> bool:
+        """Whether noise does not hide what creep adds to a frame without contacts."""
+
+
+class CreepFollower(FrameByFrame):
+    """Follows the frames of a skin that relaxes.
+
+    Parameters
+    ----------
+    frames : SkinFrames
+        What follows frames with what creep adds to them.
+    """
+
+    def __init__(self, frames: SkinFrames) -> None:
+        self._frames = frames
+        self._earlier = EarlierLoads(UncertainCreep(frames.single.model.sensor), frames.shape)
+        super().__init__(frames.single)
+
+    def reset(self) -> None:
+        """Forget the last reading, and all earlier loads."""
+        self._frames.reset()
+        self._earlier.reset()
+        self._coming = deque[tuple[float, float]]()
+
+    def expect(self, times: Array, scales: Array) -> None:
+        """Take the times of the next frames, as of `Follower.expect`."""
+        self._coming = deque(zip(times.tolist(), scales.tolist(), strict=True))
+
+    def skip(self) -> None:
+        """Let a frame pass that cannot be used, with its time."""
+        if self._coming:
+            self._coming.popleft()
+
+    def read(self, levels: NDArray[Any], used: Mask) -> Reading:
+        """Read the next frame, which was checked, shape (P,)."""
+        frames, earlier = self._frames, self._earlier
+        if self._coming:
+            earlier.expect(*self._coming.popleft())
+        frames.crept = earlier.now
+        found = frames.read(levels, used)
+        if found.status is Status.NO_CONTACT:
+            earlier.passed(None)
+            return found.saying(FADING) if frames.shows(earlier.now) else found
+        if found.status.usable and _is_nothing(found):
+            earlier.passed(None)
+            return found.scaled(earlier.share).fading(FADING)
+        if found.status.usable and (caused := frames.caused(found)) is not None:
+            earlier.passed(caused)
+        return found.scaled(earlier.share)
+
+
+def _is_nothing(found: Reading) -> bool:
+    """Whether the force of all contacts is no more than its deviations leave of none."""
+    assert found.total is not None
+    force, covariance = found.total.force, found.total.force_covariance
+    square = float(force @ np.linalg.solve(covariance, force))
+    return square < square_limit(len(force), FALSE_VERDICT)
+
+
+def following(frames: SkinFrames) -> Follower:
+    """What follows the frames of a skin, whether it relaxes or not."""
+    return CreepFollower(frames) if frames.single.relaxes else frames
+
+
+def check_rest(single: FrameReader, history: float) -> None:
+    """Raise InputError where loads before the first frame of a skin that relaxes are stated."""
+    if history and single.relaxes:
+        raise InputError(
+            f"history = {history:g} N is of tactels; of a skin nothing is known before its first "
+            "frame: begin when it is at rest, and leave the history out."
+        )

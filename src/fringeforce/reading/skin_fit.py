@@ -15,13 +15,13 @@ from fringeforce.estimation.frame_climb import CONVERGED
 from fringeforce.estimation.linearised_frame import Linearised
 from fringeforce.estimation.posterior import Posterior, Top
 from fringeforce.estimation.residual_test import FALSE_VERDICT
+from fringeforce.models.creep import Crept
 from fringeforce.models.skin import (
     GEOMETRY,
     PLACE,
     WIDTH,
     YIELDING,
     Contacts,
-    Crept,
     SkinModel,
 )
 
@@ -62,7 +62,7 @@ class Seen(NamedTuple):
     @property
     def known(self) -> Array | float:
         """Phase at the nodes that contacts do not cause now, shape (m,) [rad]."""
-        return 0.0 if self.crept is None else self.crept.phase
+        return 0.0 if self.crept is None else self.crept.left
 
     @property
     def linear(self) -> Seen:

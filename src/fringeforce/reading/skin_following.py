@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import replace
 from typing import Any
 
@@ -14,14 +13,14 @@ from fringeforce.estimation.binning import seen_means
 from fringeforce.estimation.followed_frames import JUMP
 from fringeforce.estimation.phase_stretches import motion
 from fringeforce.estimation.posterior import sharp
-from fringeforce.estimation.residual_test import FALSE_VERDICT
-from fringeforce.models.skin import FIRST_SHAPE, PLACE, WIDTH, Crept
-from fringeforce.reading.batch import Batch, Progress
-from fringeforce.reading.creep import UncertainCreep
+from fringeforce.estimation.residual_test import FALSE_VERDICT, square_limit
+from fringeforce.models.creep import Crept
+from fringeforce.models.skin import FIRST_SHAPE, PLACE, WIDTH
 from fringeforce.reading.departure_test import Retests
-from fringeforce.reading.frame_reader import FOLLOWING_STEPS, Follower
+from fringeforce.reading.frame_reader import FOLLOWING_STEPS
+from fringeforce.reading.posterior_search import phase_information
 from fringeforce.reading.reading import Reading, Status
-from fringeforce.reading.skin_creep import SkinCreep
+from fringeforce.reading.skin_creep import SkinFrames
 from fringeforce.reading.skin_fit import Explanation, Seen, renewed
 from fringeforce.reading.skin_reader import FAINT_FORCE, SkinReader, goes_on
 from fringeforce.reading.skin_result import SkinResult
@@ -48,7 +47,7 @@ WAVES_INTERVAL = 64
 """Frames after which smooth waves of what is left are looked for."""
 
 
-class SkinFollower(Follower):
+class SkinFollower(SkinFrames):
     """Reads the frames of one skin in the order in which they were taken.
 
     Parameters
@@ -58,10 +57,8 @@ class SkinFollower(Follower):
     """
 
     def __init__(self, single: SkinReader) -> None:
-        self._single, self._creep = single, None
-        if single.relaxes:
-            self._creep = SkinCreep(UncertainCreep(single.model.sensor), single.skin)
-        self.reset()
+        self._single = single
+        super().__init__(single)
 
     def reset(self) -> None:
         """Forget the last reading: the next frame is searched."""
@@ -73,29 +70,27 @@ class SkinFollower(Follower):
         self._uncertain: Array | None = None
         self._reach = FIRST_REACH
         self._retests = Retests()
-        if self._creep is not None:
-            self._creep.reset()
-        self._crept, self._coming = self._now, deque[tuple[float, float]]()
+        self._then: Crept | None = None
 
     @property
-    def _now(self) -> Crept | None:
-        """What creep of earlier loads adds to the frame that comes; none of a skin without."""
-        return None if self._creep is None else self._creep.now
+    def shape(self) -> tuple[int, ...]:
+        """Of the phase at the nodes."""
+        return (len(self._single.skin.uncertain.frame.fixed),)
 
-    def expect(self, times: Array, scales: Array) -> None:
-        """Take the times of the next frames, as of `Follower.expect`."""
-        self._coming = deque(zip(times.tolist(), scales.tolist(), strict=True))
+    def caused(self, reading: Reading) -> Array:
+        """Phase at the nodes that the contacts of a reading cause, shape (m,) [rad]."""
+        return self._single.skin.phase_of_lines(reading.forces)
+
+    def shows(self, crept: Crept) -> bool:
+        """Whether noise does not hide what creep adds to a frame without contacts.
+
+        The light of a phase beside a multiple of pi is half of what its slope there lets expect.
+        """
+        known = phase_information(self._single.skin.uncertain.frame, crept.left)
+        return float(known @ np.square(crept.left)) / 4 > square_limit(1, FALSE_VERDICT)
 
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
-        if self._creep is None:
-            return self._read(levels, used)
-        if self._coming:
-            self._creep.expect(*self._coming.popleft())
-        return self._creep.reading(self._read(levels, used))
-
-    def _read(self, levels: NDArray[Any], used: Mask) -> Reading:
-        """The reading of a frame with what creep adds to it taken for known."""
         found = self._follow(levels, used)
         if found is not None and self._departs(levels, used, found):
             self._last = None
@@ -107,11 +102,11 @@ class SkinFollower(Follower):
             )
         known = None if self._silent else self._last
         before = None if known is None else (known, self._probability)
-        reading, last = self._single.followed(levels, used, before, self._now)
+        reading, last = self._single.followed(levels, used, before, self.crept)
         self._silent = reading.status is Status.NO_CONTACT
         if last is not None and not self._silent:
             last = renewed(self._seen(last.posterior.frame, last), last)
-        self._last, self._used, self._age, self._crept = last, used, 0, self._now
+        self._last, self._used, self._age, self._then = last, used, 0, self.crept
         if last is not None:
             self._probability, self._broken = reading.probability, last.top.broken
             self._begin(last)
@@ -119,21 +114,6 @@ class SkinFollower(Follower):
                 self._reach = FIRST_REACH
                 self._retests.begin(float(last.phase @ last.phase))
         return reading
-
-    def read_on(
-        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
-    ) -> None:
-        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
-        single = self._single
-        for row, frame in enumerate(levels):
-            reading = single.checked(frame.reshape(single.model.frame_shape), used)
-            if not isinstance(reading, Reading):
-                reading = self.read(reading, used)
-            elif self._coming:
-                self._coming.popleft()
-            batch.store(row, reading)
-            if progress is not None:
-                progress(1)
 
     def _departs(self, levels: NDArray[Any], used: Mask, found: Explanation) -> bool:
         """Whether a frame that follows shows a departure beside the contacts found in it."""
@@ -149,7 +129,7 @@ class SkinFollower(Follower):
         """A frame, shape (P,), in bins that tell as much as pixels about an explanation."""
         skin = self._single.skin
         self._size = sharp(skin.uncertain.frame, one.phase)
-        return Seen(skin.in_bins(self._size), self._means(frame), one.push, self._now)
+        return Seen(skin.in_bins(self._size), self._means(frame), one.push, self.crept)
 
     def _means(self, frame: Array) -> Array:
         if self._size == 1:
@@ -159,15 +139,15 @@ class SkinFollower(Follower):
     def _begin(self, one: Explanation) -> SkinResult:
         self._like = SkinResult(self._single.skin, one)
         self._strain = self._single.strain_size(one)
-        self._uncertain = None if self._now is None else self._now.modes
+        self._uncertain = None if self.crept is None else self.crept.modes
         return self._like
 
     def _crept_on(self, last: Explanation) -> Explanation:
         """The last explanation, with what creep adds to the next frame."""
-        if self._crept is None or (now := self._now) is None:
+        if self._then is None or (now := self.crept) is None:
             return last
-        model = self._single.skin.crept_on(last.posterior.model, self._crept, now)
-        self._crept = now
+        model = self._single.skin.crept_on(last.posterior.model, self._then, now)
+        self._then = now
         return replace(last, posterior=replace(last.posterior, model=model))
 
     def _follow(self, levels: NDArray[Any], used: Mask) -> Explanation | None:
@@ -249,7 +229,7 @@ class SkinFollower(Follower):
         beyond = np.abs(now - before).max() / max(np.abs(before).max(), 1e-12)
         if changed.any() or beyond**2 * self._strain > 1:
             return True
-        if self._uncertain is None or self._now is None:
+        if self._uncertain is None or self.crept is None:
             return False
-        other = np.linalg.norm(self._now.modes - self._uncertain)
+        other = np.linalg.norm(self.crept.modes - self._uncertain)
         return bool(other > CREPT * np.linalg.norm(self._uncertain))

@@ -26,14 +26,13 @@ from fringeforce.estimation.residual_test import (
     bumps_are_noise,
     square_limit,
 )
-from fringeforce.models.creep import Creep
+from fringeforce.models.creep import Creep, Crept
 from fringeforce.models.skin import (
     GEOMETRY,
     PLACE,
     WIDTH,
     YIELDING,
     Contacts,
-    Crept,
     SkinModel,
     large_strain,
     variances,
@@ -43,6 +42,7 @@ from fringeforce.reading.frame_light import Lines
 from fringeforce.reading.large_strain import SOLUTIONS
 from fringeforce.reading.posterior_search import Effort, phase_information
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.skin_creep import check_rest
 from fringeforce.reading.skin_departure_test import SkinDepartureTest
 from fringeforce.reading.skin_fit import Explanation, Seen, climbed, renewed, strained
 from fringeforce.reading.skin_result import SkinResult
@@ -129,11 +129,7 @@ class SkinReader(StripFrames):
 
     def creep_filter(self, history: float) -> None:
         """None: what follows a skin knows the creep of earlier loads before it reads a frame."""
-        if history and self.relaxes:
-            raise InputError(
-                f"history = {history:g} N is of tactels; of a skin nothing is known before its "
-                "first frame: begin when it is at rest, and leave the history out."
-            )
+        check_rest(self, history)
 
     def alone(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read a frame that was checked, without any earlier state."""

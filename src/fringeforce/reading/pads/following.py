@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Mask
 from fringeforce.estimation.levenberg_marquardt import Curvature
+from fringeforce.reading.frame_reader import FrameByFrame
 from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.fit import Optimum
 from fringeforce.reading.pads.light import Prior, Start
-from fringeforce.reading.pads.pad_frames import PadFramesFollower
 from fringeforce.reading.pads.single_frame import Earlier, PadFrameReader
 from fringeforce.reading.reading import Reading
 
@@ -19,7 +19,7 @@ TREND = 0.8
 """Share of the last change of the forces that the next is expected to have."""
 
 
-class PadFollower(PadFramesFollower):
+class PadFollower(FrameByFrame):
     """Follows the frames of one pad from the forces of the last ones.
 
     It remembers the forces of the last two frames, the information of earlier ones, and what they

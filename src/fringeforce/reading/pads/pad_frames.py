@@ -16,10 +16,8 @@ from fringeforce.estimation.likelihood import Response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import pad_response
 from fringeforce.optics.arrangement import signed
-from fringeforce.reading.batch import Batch, Progress
-from fringeforce.reading.frame_reader import Follower, FrameReader
+from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.pads.verdict import FrameClassifier
-from fringeforce.reading.reading import Reading
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,28 +83,3 @@ class PadFrames(FrameReader):
     @cached_property
     def _unmasked(self) -> FrameClassifier:
         return FrameClassifier(self.model, self.response, confidence=self.confidence)
-
-
-class PadFramesFollower(Follower):
-    """Reads the frames of one pad in the order in which they were taken.
-
-    Parameters
-    ----------
-    frames : PadFrames
-        What reads single ones.
-    """
-
-    def __init__(self, frames: PadFrames) -> None:
-        self._frames = frames
-        self.reset()
-
-    def read_on(
-        self, levels: NDArray[Any], used: Mask, batch: Batch, progress: Progress | None = None
-    ) -> None:
-        """Fill in the readings of the next frames, shape (k, P), which were not checked."""
-        for row, image in enumerate(levels):
-            checked = self._frames.checked(image.reshape(self._frames.model.frame_shape), used)
-            reading = checked if isinstance(checked, Reading) else self.read(checked, used)
-            batch.store(row, reading)
-            if progress is not None:
-                progress(1)

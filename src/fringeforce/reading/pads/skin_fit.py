@@ -17,6 +17,7 @@ from fringeforce.base.arrays import Array, Mask, Single
 from fringeforce.estimation.levenberg_marquardt import SLOW, Curvature, Expansion, Stop, minimise
 from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.models.as_built import RESIDUAL
+from fringeforce.models.creep import Crept
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, PadSkinModel, matrix_of
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
@@ -128,6 +129,8 @@ class SkinFit:
         What is uncertain about the pad, if anything is.
     prior : Prior, optional
         Of the unknowns of tolerances; as stated if not given.
+    crept : Crept, optional
+        What creep of earlier loads adds to the harmonics of the tractions.
     """
 
     model: PadModel
@@ -137,6 +140,7 @@ class SkinFit:
     used: Mask | None = None
     uncertain: PadSkinUncertainty | None = None
     prior: Prior | None = None
+    crept: Crept | None = None
 
     @cached_property
     def known(self) -> Prior:
@@ -152,6 +156,8 @@ class SkinFit:
     def at(self, contacts: Array, extra: Array | None = None) -> SkinPlace:
         """Evaluate contacts, and unknowns (q,) of tolerances, at their means if not given."""
         other, loads = self.known.mean if extra is None else extra, self.skin.loads(contacts)
+        if self.crept is not None:
+            loads += self.crept.left.astype(np.float32)
         if self.uncertain is None:
             synthesis = self.skin.pixels
             modes = synthesis.modes(loads)
@@ -206,8 +212,28 @@ class SkinFit:
             )
         return np.concatenate([by_contacts, by_extra])
 
-    def information(self, place: SkinPlace, free: Mask) -> Array:
-        """Half the expected second derivative of the loss by the same unknowns."""
+    def by_creep(self, one: SkinOptimum) -> Array:
+        """Change of the unknowns of an explanation with what is uncertain of creep.
+
+        Returns
+        -------
+        ndarray, shape (m, u)
+            For a standard deviation of each, of the unknowns that were fitted.
+        """
+        if self.crept is None:
+            return np.zeros((one.curvature.size, 0))
+        changes = [Harmonics(None, self.skin.lowest(own)) for own in self.crept.modes.astype("f4")]
+        whole = self.information(one.place, one.free, changes)
+        size = len(whole) - len(changes)
+        return np.asarray(-one.curvature.covariance @ whole[:size, size:])
+
+    def information(
+        self, place: SkinPlace, free: Mask, changes: list[Harmonics] | None = None
+    ) -> Array:
+        """Half the expected second derivative of the loss by the same unknowns.
+
+        And by changes of the tractions, which are apart from all before the frame.
+        """
         (rows, tall), (across, wide) = self._lattice(place.contacts)
         lattice, known = Lattice(self.model, rows, across), self.uncertain
         pixels = place.lights[0].shape[1]
@@ -238,6 +264,8 @@ class SkinFit:
             self._add_retardance(by_extra, place, lattice, stacked)
             self._add_values(by_extra, place, lattice, few)
             by.append(by_extra.reshape(known.size, -1))
+        if changes:
+            by.append(self._by_tractions(place, lattice, few, changes))
         # in double precision, for shapes are hardly told apart
         flat = np.concatenate(by)
         total = flat @ flat.T
@@ -245,22 +273,33 @@ class SkinFit:
         _, std = self.skin.drawn(len(free))
         count = int(free.sum())
         total[np.diag_indices(count)] += 1 / np.square(std[free])
-        total[count:, count:] += self.known.precision
+        own = slice(count, count + len(self.known.precision))
+        total[own, own] += self.known.precision
         return total
 
     def _by_contacts(
         self, place: SkinPlace, free: Mask, lattice: Lattice, few: tuple[Single, Single]
     ) -> Array:
         """Derivatives of the intensity by the free unknowns of contacts."""
-        mixed, pulls = few
-        waves = self.skin.waves if self.uncertain is None else self.uncertain.waves(place.extra)
-        synthesis = self.skin.rough(*self._places(place, lattice), mixed, waves)
         columns = [
             one
             for each, which in zip(place.contacts, free, strict=True)
             for one in self.skin.derivatives(each, which)
         ]
-        return synthesis.columns(columns, pulls)
+        return self._by_tractions(place, lattice, few, columns)
+
+    def _by_tractions(
+        self,
+        place: SkinPlace,
+        lattice: Lattice,
+        few: tuple[Single, Single],
+        changes: list[Harmonics],
+    ) -> Array:
+        """Derivatives of the intensity by changes of the tractions."""
+        mixed, pulls = few
+        waves = self.skin.waves if self.uncertain is None else self.uncertain.waves(place.extra)
+        synthesis = self.skin.rough(*self._places(place, lattice), mixed, waves)
+        return synthesis.columns(changes, pulls)
 
     def _add_retardance(
         self, by_extra: Array, place: SkinPlace, lattice: Lattice, slopes: Single

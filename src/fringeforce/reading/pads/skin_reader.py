@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fringeforce.base.arrays import Array, Mask
-from fringeforce.base.errors import InputError
 from fringeforce.estimation.covariance import covariance_of
 from fringeforce.estimation.hypotheses import posterior_weights
 from fringeforce.estimation.levenberg_marquardt import MOST_STEPS, Curvature
@@ -21,22 +20,25 @@ from fringeforce.estimation.residual_test import (
     PLAIN,
     square_limit,
 )
+from fringeforce.models.creep import Crept
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, SIZE_OF, PadSkinModel, matrix_of
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
+from fringeforce.reading.findings import Sized
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SkinDepartureTest
 from fringeforce.reading.pads.fit import FIRST_STEPS
 from fringeforce.reading.pads.light import Prior, expected_response
-from fringeforce.reading.pads.pad_frames import PadFrames, PadFramesFollower
+from fringeforce.reading.pads.pad_frames import PadFrames
 from fringeforce.reading.pads.search import Search
 from fringeforce.reading.pads.skin_fit import DENSE_REACH, SkinFit, SkinOptimum, SkinPlace
 from fringeforce.reading.pads.skin_result import PadSkinResult
 from fringeforce.reading.pads.skin_search import Patches
 from fringeforce.reading.pads.verdict import FrameClassifier
 from fringeforce.reading.reading import Reading, Status
+from fringeforce.reading.skin_creep import SkinFrames, check_rest
 from fringeforce.reading.skin_search import MOST_CONTACTS
 
 COARSE_GAIN = 1e-3
@@ -97,12 +99,11 @@ class PadSkinReader(PadFrames):
         super().__post_init__()
         if self.uncertain is not None:
             _ = self.uncertain.groups  # what cannot be allowed for is refused at once
-        if self.relaxes:
-            raise InputError(
-                "Readings of a pad's skin do not allow for relaxation; leave it out, or take "
-                "tactels."
-            )
         self.check_signed()
+
+    def creep_filter(self, history: float) -> None:
+        """None: what follows a skin knows the creep of earlier loads before it reads a frame."""
+        check_rest(self, history)
 
     @cached_property
     def skin(self) -> PadSkinModel:
@@ -145,6 +146,7 @@ class PadSkinReader(PadFrames):
         expected: Expected | None = None,
         start: Array | None = None,
         record: DepartureRecord | None = None,
+        crept: Crept | None = None,
     ) -> tuple[Reading, SkinOptimum | None]:
         """Reading of a frame, and its contacts.
 
@@ -156,10 +158,12 @@ class PadSkinReader(PadFrames):
             What the last frames let expect; the frame is searched where following it fails.
         record : DepartureRecord, optional
             Of departures, in earlier frames.
+        crept : Crept, optional
+            What creep of earlier loads adds.
         """
         classifier = self.classifier(used)
         grey = classifier.filled(levels)
-        fit = self.fit(grey, classifier)
+        fit = replace(self.fit(grey, classifier), crept=crept)
         if expected is not None:
             following = replace(fit, prior=expected.prior)
             start_at = following.at(following.limited(expected.contacts), expected.extra)
@@ -173,7 +177,7 @@ class PadSkinReader(PadFrames):
                 reading = self._stated(fit, one, expected.probability, tracked=True)
                 if not (reading.ok and record is not None and record.due(one.place.modes)):
                     return reading, one
-                if not self._departures.shown(fit, one, record):
+                if not self._departing(fit, one, record):
                     return reading, one
                 # other contacts may explain the frame, which these have told nothing of
                 record.forget()
@@ -190,9 +194,9 @@ class PadSkinReader(PadFrames):
             status = classifier.refusal(fit.frame)
             return self._refused(fit, best, status), None
         good.sort(key=lambda one: -self._mass(one))
-        while len(good) > 1 and self._departures.shown(fit, good[0]):
+        while len(good) > 1 and self._departing(fit, good[0]):
             del good[0]
-        if shown := self._departures.shown(fit, good[0], record):
+        if shown := self._departing(fit, good[0], record):
             finding = self._departures.finding(shown)
             return self._refused(fit, good[0], Status.MODEL_MISMATCH, (finding,)), None
         weights = posterior_weights(np.array([self._mass(one) for one in good]))
@@ -205,6 +209,12 @@ class PadSkinReader(PadFrames):
             others=[one for one, mine in zip(good, own, strict=True) if not mine],
         )
         return reading, best if reading.probability >= self.confidence else None
+
+    def _departing(
+        self, fit: SkinFit, one: SkinOptimum, record: DepartureRecord | None = None
+    ) -> list[Sized]:
+        """Departures that a frame shows beside contacts; creep would be taken for one."""
+        return [] if self.relaxes else self._departures.shown(fit, one, record)
 
     def likeliest(self, levels: NDArray[Any], used: Mask) -> SkinOptimum | None:
         """The contacts that explain a checked frame best, if only roughly; none if none do."""
@@ -416,11 +426,16 @@ class PadSkinReader(PadFrames):
         first, second = (np.concatenate([total.force, total.centre]) for total in totals)
         return bool((np.abs(first - second) < SAME_TOTAL * std).all())
 
-    def _result(self, one: SkinOptimum) -> PadSkinResult:
+    def _result(self, one: SkinOptimum, fit: SkinFit | None = None) -> PadSkinResult:
+        """What is stated of an explanation; with what creep leaves uncertain if a fit is given."""
+
         def joint() -> Array:
             whole = np.zeros((one.free.size,) * 2)
             own = np.flatnonzero(one.free)
             whole[np.ix_(own, own)] = one.curvature.covariance[: len(own), : len(own)]
+            if fit is not None and fit.crept is not None:
+                change = fit.by_creep(one)[: len(own)]
+                whole[np.ix_(own, own)] += change @ change.T
             return whole
 
         return PadSkinResult(self.model.sensor, one.contacts, joint)
@@ -439,7 +454,7 @@ class PadSkinReader(PadFrames):
             status = Status.OK if probability >= self.confidence else Status.AMBIGUOUS
         if (detail := self._unseen(fit)) and status.trusted:
             status = Status.AMBIGUOUS
-        result = self._result(one)
+        result = self._result(one, fit)
         left = one.place.left.slope
         count = len(left) if fit.used is None else int(fit.used.sum())
         rivals = np.array([self._result(other).forces for other in others or []])
@@ -558,7 +573,7 @@ def _noise_makes(free: Mask) -> float:
     return square_limit(float(free.sum()), FALSE_VERDICT)
 
 
-class PadSkinFollower(PadFramesFollower):
+class PadSkinFollower(SkinFrames):
     """Follows the frames of a pad's skin from the contacts of the last one.
 
     Parameters
@@ -571,6 +586,23 @@ class PadSkinFollower(PadFramesFollower):
         self._single = single
         super().__init__(single)
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the harmonics of tractions."""
+        return self._single.skin.loads(np.zeros((0, SIZE_OF))).shape
+
+    def caused(self, reading: Reading) -> Array | None:
+        """Harmonics of the tractions of the last contacts, shape (3, m, n) [N]."""
+        return None if self._last is None else self._single.skin.loads(self._last.contacts)
+
+    def shows(self, crept: Crept) -> bool:
+        """Whether noise does not hide what creep adds to a frame without contacts."""
+        single, none = self._single, np.zeros((0, SIZE_OF))
+        fit = single.fit(np.zeros(single.pixels), single.classifier(single.usable(None)))
+        with_it, without = (replace(fit, crept=own).at(none).level for own in (crept, None))
+        square = float((np.square(with_it - without) / single.response.variance).sum())
+        return square > square_limit(1, FALSE_VERDICT)
+
     def reset(self) -> None:
         """Forget the last readings: the next frame is searched."""
         self._last: SkinOptimum | None = None
@@ -581,7 +613,9 @@ class PadSkinFollower(PadFramesFollower):
     def read(self, levels: NDArray[Any], used: Mask) -> Reading:
         """Read the next frame, which was checked, shape (P,)."""
         expected = self._expected
-        reading, here = self._single.found(levels, used, expected, record=self._record)
+        reading, here = self._single.found(
+            levels, used, expected, record=self._record, crept=self.crept
+        )
         before, self._last = self._last, here
         if here is None:
             self._expected = None
