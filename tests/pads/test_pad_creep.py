@@ -120,14 +120,12 @@ def test_creep_that_no_model_knows_is_refused(values: dict, words: str) -> None:
         pad(**values)
 
 
-def test_skins_and_presses_of_pads_do_not_creep(creeping) -> None:
-    small = {"transducer.length": "15 mm", "skin.extent": ["12 mm", "12 mm"]}
-    skin = ff.load_sensor("pad-skin").replace(**small, **{"transducer.relaxation": TERMS})
-    with pytest.raises(InputError, match="do not allow for relaxation"):
-        ff.Reader(ff.characterize(skin))
+def test_what_creeping_frames_need_is_told(creeping) -> None:
     presses = [[ff.Press(x=0.0, y=0.0, normal=1.0, radius=5e-3)]] * 2
-    with pytest.raises(InputError, match="forces on tactels"):
-        creeping.expose(presses, times=[0.0, 1.0])
+    with pytest.raises(InputError, match="model of the drawing"):
+        creeping.as_built(0).expose(presses, times=[0.0, 1.0])
+    with pytest.raises(InputError, match="list of presses for each"):
+        creeping.expose(presses[0], times=[0.0])
     with pytest.raises(InputError, match="frames in a row"):
         creeping.expose(np.zeros((25, 3)), times=[0.0])
 

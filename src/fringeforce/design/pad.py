@@ -73,7 +73,7 @@ class PadTransducer(Part):
     relaxation: Relaxation = Field(
         default=(),
         description='of both layers alike: [["6 %", "0.4 s"], ["4 %", "15 s"]], or tables of share '
-        "and time, whose shares may have tolerances; readings of tactels take it",
+        "and time, whose shares may have tolerances",
         json_schema_extra={"ideal": True},
     )
     compliant: Layer

@@ -95,9 +95,19 @@ class EarlierLoads:
         """Load of the frame that is expected, over what it shows beside `now`."""
         return self._shares[0]
 
-    def passed(self, shown: Array | None) -> None:
-        """Take what the frame that was expected shows beside `now`; None if nothing acts."""
-        self._shown = np.zeros(self._shape) if shown is None else shown / self._scale
+    def passed(self, shown: Array | None) -> float:
+        """Take what the frame that was expected shows beside `now`; None if nothing acts.
+
+        Returns the relative deviation of the share, of that part of it that the modes, which take
+        the load of the frame before, do not have.
+        """
+        before, self._shown = self._shown, np.zeros(self._shape)
+        relative = 0.0
+        if shown is not None:
+            self._shown = shown / self._scale
+            change, size = np.linalg.norm(self._shown - before), np.linalg.norm(self._shown)
+            ratios = np.array(self._shares) / self.share - 1
+            relative = float(np.linalg.norm(ratios) * min(change / max(size, 1e-12), 1.0))
         self._time, whole = self._next, self._known[0] + self._shown
         for k, new in enumerate(self._new):
             caused = np.zeros(self._shape)
@@ -105,6 +115,7 @@ class EarlierLoads:
                 caused = self._shares[k] * (whole - self._known[k])
             self._lags[k] = self._left[k] + np.multiply.outer(new, caused)
             self._before[k] = caused
+        return relative
 
 
 class SkinFrames(FrameByFrame):
@@ -174,9 +185,10 @@ class CreepFollower(FrameByFrame):
         if found.status.usable and _is_nothing(found):
             earlier.passed(None)
             return found.scaled(earlier.share).fading(FADING)
+        relative = 0.0
         if found.status.usable and (caused := frames.caused(found)) is not None:
-            earlier.passed(caused)
-        return found.scaled(earlier.share)
+            relative = earlier.passed(caused)
+        return found.scaled(earlier.share, relative)
 
 
 def _is_nothing(found: Reading) -> bool:

@@ -593,7 +593,9 @@ class PadSkinFollower(SkinFrames):
 
     def caused(self, reading: Reading) -> Array | None:
         """Harmonics of the tractions of the last contacts, shape (3, m, n) [N]."""
-        return None if self._last is None else self._single.skin.loads(self._last.contacts)
+        if self._last is None:
+            return None
+        return self._single.skin.loads(self._last.contacts).astype(float)
 
     def shows(self, crept: Crept) -> bool:
         """Whether noise does not hide what creep adds to a frame without contacts."""
