@@ -130,7 +130,7 @@ def test_a_strip_s_table_is_no_table_of_a_pad(tmp_path: Path) -> None:
 
 
 def test_a_command_for_strips_says_so(place: Path) -> None:
-    result = run("creep", "m.h5", "f.h5", "l.csv", "-o", "c.h5", cwd=place)
+    result = run("study", "creep", "pad", cwd=place)
     assert result.returncode == 2
     assert "planar pad" in result.stderr
     assert len(result.stderr.splitlines()) == 1

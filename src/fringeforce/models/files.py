@@ -38,18 +38,6 @@ def load_model(path: PathLike) -> Any:
     return (PadModel if _is_pad(path) else SensorModel).load(path)
 
 
-def load_strip_model(path: PathLike) -> SensorModel:
-    """Read the model of a strip, as `load_model`; FileFormatError if it is a pad's."""
-    _refuse_design(path)
-    if _is_pad(path):
-        raise FileFormatError(
-            f"{path} is the model of a planar pad, and this works on strips only; pads go with "
-            "simulate, plan, calibrate, check, update, read, live, show, explore and, in Python, "
-            "Reader."
-        )
-    return SensorModel.load(path)
-
-
 def _refuse_design(path: PathLike) -> None:
     """Raise FileFormatError for a design in the place of a model."""
     name, file = os.fspath(path), Path(path)

@@ -50,14 +50,14 @@ def creep_study(
     Raises
     ------
     InputError
-        If the light of the design does not creep, or it has a skin, or is a pad.
+        If the light of the design does not creep, or it has a skin.
     """
-    if sensor.dimensions > 1 or not creeps(sensor.transducer) or sensor.skin is not None:
+    if not creeps(sensor.transducer) or sensor.skin is not None:
         raise InputError(
-            "This study takes tactels of a strip and light that creeps; give a design with "
-            'relaxation = [["6 %", "0.4 s"], ["4 %", "15 s"]] under [transducer] or the table of '
-            "one of its layers, or optical_creep of the clear one. By the stress-optic law light "
-            "creeps with layers that relax unlike, and with optical_creep."
+            "This study takes tactels and light that creeps; give a design with relaxation = "
+            '[["6 %", "0.4 s"], ["4 %", "15 s"]] under [transducer] or the table of one of its '
+            "layers, or optical_creep of the clear one. By the stress-optic law light creeps with "
+            "layers that relax unlike, and with optical_creep."
         )
     report = progress or (lambda title, done, total: None)
     times, forces = _touch(sensor, load)
