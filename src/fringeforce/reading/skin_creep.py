@@ -182,7 +182,7 @@ class CreepFollower(FrameByFrame):
         if found.status is Status.NO_CONTACT:
             earlier.passed(None)
             return found.saying(FADING) if frames.shows(earlier.now) else found
-        if found.status.usable and _is_nothing(found):
+        if found.ok and _is_nothing(found):
             earlier.passed(None)
             return found.scaled(earlier.share).fading(FADING)
         relative = 0.0
