@@ -19,7 +19,14 @@ from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.models.as_built import RESIDUAL
 from fringeforce.models.creep import Crept
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_skin import FIRST_SHAPE, PLACE, SHAPE, PadSkinModel, matrix_of
+from fringeforce.models.pad_skin import (
+    FIRST_SHAPE,
+    PLACE,
+    SHAPE,
+    SIZE_OF,
+    PadSkinModel,
+    matrix_of,
+)
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_synthesis import Harmonics, Synthesis
 from fringeforce.reading.pads.lattice import Lattice
@@ -44,6 +51,9 @@ MIXTURES = 3
 """Mixtures of depth profiles of which the matrix is made: with all, deviations change by 0.3 %."""
 WEAKEST = 1e-3
 """Normal force below which a contact is none [N]."""
+CREEP_STEPS = 3
+"""Gauss-Newton steps of what is uncertain of creep where nothing touches: light is nearly linear in
+what is left of earlier contacts, a tenth of what they showed."""
 SMALLEST_AXIS, LARGEST_AXIS = 0.1, 12.0
 """Limits of half axes, in thicknesses of the cover."""
 
@@ -212,6 +222,30 @@ class SkinFit:
             )
         return np.concatenate([by_contacts, by_extra])
 
+    def without_contacts(self, extra: Array | None = None) -> SkinPlace:
+        """No contact, with what is uncertain of creep as it explains the frame best."""
+        none, crept = np.zeros((0, SIZE_OF)), self.crept
+        if crept is None:
+            return self.at(none, extra)
+        off, fit, free = np.zeros(len(crept.modes)), self, none.astype(bool)
+        changes = self._changes(crept)
+        for _ in range(CREEP_STEPS):
+            place = fit.at(none, extra)
+            by_modes, _ = fit._light.back(place, place.left.slope)
+            by_loads = place.synthesis.back(place.synthesis.gather(by_modes))
+            slope = np.tensordot(crept.modes, by_loads, by_loads.ndim) + off
+            known = fit.information(place, free, changes)[-len(off) :, -len(off) :]
+            off = off - np.linalg.solve(known + np.eye(len(off)), slope)
+            left = crept.left + np.tensordot(off, crept.modes, 1)
+            fit = replace(self, crept=crept._replace(left=left))
+        place = fit.at(none, extra)
+        loss = place.left.loss + float(off @ off)
+        return replace(place, left=replace(place.left, loss=loss))
+
+    def _changes(self, crept: Crept) -> list[Harmonics]:
+        """Changes of the tractions with what is uncertain of creep."""
+        return [Harmonics(None, self.skin.lowest(own)) for own in crept.modes.astype(np.float32)]
+
     def by_creep(self, one: SkinOptimum) -> Array:
         """Change of the unknowns of an explanation with what is uncertain of creep.
 
@@ -222,7 +256,7 @@ class SkinFit:
         """
         if self.crept is None:
             return np.zeros((one.curvature.size, 0))
-        changes = [Harmonics(None, self.skin.lowest(own)) for own in self.crept.modes.astype("f4")]
+        changes = self._changes(self.crept)
         whole = self.information(one.place, one.free, changes)
         size = len(whole) - len(changes)
         return np.asarray(-one.curvature.covariance @ whole[:size, size:])

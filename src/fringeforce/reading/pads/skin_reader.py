@@ -250,12 +250,12 @@ class PadSkinReader(PadFrames):
         """No contact, with the unknowns of tolerances that explain a frame best without any."""
         none = np.zeros((0, SIZE_OF))
         if self.uncertain is None:
-            return fit.at(none)
+            return fit.without_contacts()
         free = none.astype(bool)
         found = fit.climb(none, free, FIRST_STEPS)
         if found.loss < PROMISING_SQUARE * len(fit.frame):
             found = fit.climb(fit.at(none, found.extra), free, MOST_STEPS)
-        return fit.at(none, found.extra)
+        return fit.without_contacts(found.extra)
 
     def _touching(self, fit: SkinFit, one: SkinOptimum) -> SkinOptimum | None:
         """The same without contacts that noise may have made, or None if all are such."""
