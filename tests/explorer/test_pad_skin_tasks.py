@@ -108,3 +108,11 @@ def test_nothing_presses(path: str) -> None:
 def test_what_no_sphere_does_is_refused(path: str, part: dict[str, float], words: str) -> None:
     with pytest.raises(InputError, match=words):
         read(path, PadReadRequest.model_validate(asked("read", [{**FINGERS[0], **part}])))
+
+
+def test_a_skin_that_relaxes_is_read_as_it_is_pressed(model: PadModel, tmp_path) -> None:
+    """The page presses for no time, so that nothing creeps."""
+    soft = model.sensor.replace(**{"transducer.relaxation": [["6 %", "0.4 s"]]})
+    path = stored(solved(soft), str(tmp_path))
+    header, _ = read(path, PadReadRequest.model_validate(asked("read")))
+    assert header["status"] == "OK"

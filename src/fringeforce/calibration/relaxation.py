@@ -67,8 +67,8 @@ def find_relaxation(
     Parameters
     ----------
     model : SensorModel or PadModel
-        As drawn or calibrated, of a strip or pad with tactels, or a strip with a skin; what its
-        design says of relaxation is left aside.
+        As drawn or calibrated, of a strip or pad with tactels or a skin; what its design says of
+        relaxation is left aside.
     frames : array_like, shape (F, ...) as frames
         Grey levels of a recording that begins with a sensor at rest, and in which loads are
         pressed, held for as long as creep matters, and released.

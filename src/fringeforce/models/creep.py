@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,8 @@ from fringeforce.design.pad import Pad, PadTransducer
 from fringeforce.design.parts import RelaxationTerm
 from fringeforce.design.strip import Sensor, Transducer
 from fringeforce.models.presses import are_presses
+
+AnySensor = TypeVar("AnySensor", Sensor, Pad)
 
 DECADE = np.log(10.0)
 """Distance on the logarithm of time to the neighbours of a single term."""
@@ -258,8 +260,8 @@ def creeps(transducer: Transducer) -> bool:
     return any(len(found.rates) for found in (Creep.of(transducer), Creep.of_ratio(transducer)))
 
 
-def without_creep(sensor: Sensor) -> Sensor:
-    """The design of a strip that neither relaxes nor creeps."""
+def without_creep(sensor: AnySensor) -> AnySensor:
+    """The design of a sensor that neither relaxes nor creeps."""
     return sensor.replace(**dict.fromkeys(TERMS, ()))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -167,7 +168,12 @@ def _sketch(path: str) -> Sketch:
 
 @lru_cache(maxsize=2)
 def _reader(path: str) -> Reader:
-    """What reads frames, each from the one before where that is near; a search takes longer."""
+    """What reads frames, each from the one before where that is near; a search takes longer.
+
+    Nothing has lasted on the page, so that nothing creeps.
+    """
+    from fringeforce.models.creep import without_creep
     from fringeforce.reading.reader import Reader
 
-    return Reader(model_of(path))
+    model: PadModel = model_of(path)
+    return Reader(replace(model, sensor=without_creep(model.sensor)))
