@@ -20,18 +20,16 @@ import sys
 import time
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from skin_creep import TERMS, TOLERANCE, Figures
 
 import fringeforce as ff
 from fringeforce.models.pad_presses import pad_tractions
 
 Array = NDArray[np.float64]
 
-TERMS = [(0.06, 0.4), (0.04, 15.0)]
-TOLERANCE = 0.2
 TIMES = np.arange(0.0, 40.0, 0.25)
 CORNERS = [0, 0.5, 1, 20, 22, 22.5, 28, 28.5, 34, 34.5, 40]
 """Times at which forces change their pace [s]."""
@@ -46,28 +44,6 @@ SKIN = {
     "skin.extent": ["12 mm", "12 mm"],
     "camera.pixels": [96, 96],
 }
-
-
-@dataclass
-class Figures:
-    """What one kind of reading made of all pads."""
-
-    ok: list[bool] = field(default_factory=list)
-    errors: list[Array] = field(default_factory=list)
-    pulls: list[Array] = field(default_factory=list)
-    contact: int = 0
-    free: int = 0
-    seconds: float = 0.0
-
-    def row(self) -> str:
-        """Cells of the table."""
-        errors = np.concatenate(self.errors)
-        pulls = np.abs(np.array(self.pulls))
-        return (
-            f"{np.mean(self.ok):7.1%} {1e3 * np.sqrt(np.mean(np.square(errors))):8.1f}"
-            f" {np.mean(pulls < 1.96):8.1%} {int((pulls > 6).any(axis=1).sum()):5d}"
-            f" {self.contact:5d} of {self.free:4d} {self.seconds:8.1f}"
-        )
 
 
 def read(own: Figures, model: ff.PadModel, frames: Array, acting: list[Array | None]) -> None:
@@ -87,12 +63,12 @@ def read(own: Figures, model: ff.PadModel, frames: Array, acting: list[Array | N
             total = reading.total
             assert total is not None
             off = np.array([*total.force, *total.centre]) - true
-            own.errors.append(off[:1])
+            own.errors.append(float(off[0]))
             own.pulls.append(off / [*total.force_std, *total.place_std])
         else:
             touched = true.any(axis=1)
             off = (reading.forces - true)[touched]
-            own.errors.append(off[:, 0])
+            own.errors.extend(off[:, 0].tolist())
             own.pulls.append((off / reading.std[touched]).ravel())
     own.seconds += time.process_time() - began
 
@@ -145,8 +121,8 @@ def main() -> None:
     stated = [{"share": f"{share} +/- 20 %", "time": lag} for share, lag in TERMS]
     print(f"{count} pads, {len(TIMES)} pictures each\n")
     print(
-        f"{'':9s}{'reading':12s}{'OK':>7}{'rms [mN]':>9}{'inside':>9}{'far':>6}"
-        f"{'contact':>14}{'seconds':>9}"
+        f"{'':9s}{'reading':12s}{'OK':>7}{'mN rms':>8}{'inside':>9}{'far':>6}{'contact':>15}"
+        f"{'seconds':>9}"
     )
     for name, kind, values in (("pad", "tactels", TACTELS), ("pad-skin", "skin", SKIN)):
         figures = {way: Figures() for way in ("without", "drawing", "own terms")}
@@ -162,7 +138,7 @@ def main() -> None:
             for way, model in (("without", still), ("drawing", drawn), ("own terms", pad)):
                 read(figures[way], model, frames, acting)
         for way, one in figures.items():
-            print(f"{kind:9s}{way:12s}{one.row()}")
+            print(f"{kind:9s}{way:12s}{one.row(1e-3)}")
 
 
 if __name__ == "__main__":

@@ -172,7 +172,15 @@ class Resultant:
         return float(np.sqrt(slope @ self.force_covariance @ slope))
 
     def scaled(self, factor: float, relative: float = 0.0) -> Resultant:
-        """The same of forces that are larger by a factor with a relative standard deviation."""
+        """The same of other forces in proportion; centre and width stay.
+
+        Parameters
+        ----------
+        factor : float
+            By which force and moment are larger.
+        relative : float
+            Standard deviation of the factor over it.
+        """
         ends, factors = len(self.force) + 3, np.ones(len(self.covariance))
         factors[:ends] = factor
         mode = np.zeros_like(factors)

@@ -157,8 +157,7 @@ class Creep:
         """
         from scipy.signal import lfilter  # takes half a second, so only where a strip creeps
 
-        found, lags = np.zeros_like(values), np.zeros((len(self.rates), *values.shape[1:]))
-        steps = np.diff(times)
+        found, steps = np.zeros_like(values), np.diff(times)
         if len(steps) and np.ptp(steps) < EVEN_STEPS * steps.mean():
             for amount, kept, own, new in zip(
                 self.amounts, *self.weights(float(steps.mean())), strict=True
@@ -166,13 +165,12 @@ class Creep:
                 rest = -new * values[:1]
                 found += amount * lfilter([new, own], [1.0, -kept], values, axis=0, zi=rest)[0]
             return found
-        for k in range(1, len(values)):
-            lags = self.passed(lags, values[k - 1], values[k], float(times[k] - times[k - 1]))
-            found[k] = np.tensordot(self.amounts, lags, 1)
+        for k, (_, added) in enumerate(self.each(times, values)):
+            found[k] = added
         return found
 
-    def lasting(self, times: Array, values: Iterable[Array]) -> Iterator[Array]:
-        """Values with what lags add to them, one after the other, as of `added`.
+    def each(self, times: Array, values: Iterable[Array]) -> Iterator[tuple[Array, Array]]:
+        """Values, and what lags add to each, as of `added`; one after the other, for large ones.
 
         Parameters
         ----------
@@ -188,7 +186,7 @@ class Creep:
             else:
                 lags = np.zeros((len(self.rates), *value.shape))
             before, last = value, time
-            yield value + np.tensordot(self.amounts, lags, 1)
+            yield value, np.tensordot(self.amounts, lags, 1)
 
 
 class Crept(NamedTuple):

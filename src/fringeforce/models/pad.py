@@ -327,8 +327,9 @@ class PadModel:
         if not all(isinstance(frame, Sequence) for frame in presses):
             raise InputError("times go with frames in a row; give a list of presses for each.")
         slices = (press_slices(self.sensor, frame, *self.pixel_positions) for frame in presses)
-        lasting = Creep.of(self.sensor.transducer).lasting(own, slices)
-        return np.array([self._seen(one) for one in lasting], dtype=float)
+        creep = Creep.of(self.sensor.transducer)
+        found = [self._seen(one + added) for one, added in creep.each(own, slices)]
+        return np.array(found, dtype=float)
 
     def as_built(self, rng: camera_optics.Rng = None) -> BuiltPad:
         """Draw one real pad from the tolerances of the design.

@@ -89,7 +89,7 @@ class Traction:
     std: Array
 
     def scaled(self, factor: float, relative: float = 0.0) -> Traction:
-        """The same of forces that are larger by a factor with a relative standard deviation."""
+        """The same of other forces in proportion, as of `Reading.scaled`."""
         values = factor * self.values
         return Traction(self.places, values, np.hypot(factor * self.std, relative * values))
 
@@ -260,9 +260,14 @@ class Reading:
         return reading
 
     def scaled(self, factor: float, relative: float = 0.0) -> Reading:
-        """The same of loads that are larger by a factor with a relative standard deviation.
+        """The same of other loads in proportion; places and widths of contacts stay.
 
-        Places and widths of contacts stay.
+        Parameters
+        ----------
+        factor : float
+            By which forces and tractions are larger.
+        relative : float
+            Standard deviation of the factor over it.
         """
         if not self.status.usable:
             return self

@@ -254,8 +254,7 @@ class SkinFit:
         ndarray, shape (m, u)
             For a standard deviation of each, of the unknowns that were fitted.
         """
-        if self.crept is None:
-            return np.zeros((one.curvature.size, 0))
+        assert self.crept is not None
         changes = self._changes(self.crept)
         whole = self.information(one.place, one.free, changes)
         size = len(whole) - len(changes)
