@@ -63,6 +63,8 @@ def test_what_was_recorded_can_be_taken_away_as_a_table(page: Page) -> None:
     record = page.get_by_role("button", name="Record")
     record.click()
     expect(record).to_have_attribute("aria-pressed", "true")
+    # a recording begins with what comes, which need not have come yet
+    later(page, moment(page))
     expect(page.locator("#watch-total")).to_have_text(TOGETHER)
     with page.expect_download() as taken:
         page.get_by_role("button", name="Export CSV").click()
