@@ -1,5 +1,7 @@
 """Commands that were typed carelessly: one line that names value, limit and remedy, at once."""
 
+import pkgutil
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +39,9 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     def never(*_: Any, **__: Any) -> None:
         raise AssertionError("it was solved before its inputs were looked at")
 
+    # a module that is first imported while a name is replaced would keep the replacement
+    for module in pkgutil.walk_packages(ff.__path__, "fringeforce."):
+        import_module(module.name)
     for place in (
         "models.characterization.characterize",
         "models.strip.characterize",

@@ -109,6 +109,29 @@ def test_a_file_and_python_say_the_same(sensor: ff.Sensor) -> None:
     assert whole == sensor.replace(name="other")
 
 
+def test_numbers_without_a_unit_may_be_texts_as_they_are_with_tolerances() -> None:
+    light = 'wavelength = "632.8 nm" '
+    plain = parse_sensor(SAAD.replace(light, light + "\nvisibility = 0.95 ", 1))
+    for text in ("0.95", " 95 % ", "9.5e-1"):
+        assert parse_sensor(SAAD.replace(light, f'{light}\nvisibility = "{text}" ', 1)) == plain
+
+
+def test_terms_of_relaxation_have_tolerances_in_pairs_as_in_tables(sensor: ff.Sensor) -> None:
+    path = "transducer.relaxation"
+    pairs = [["6 % +/- 20 %", "0.40 +/- 0.05 s"], ["(4 +/- 1) %", "15 s"]]
+    creeping = sensor.replace(**{path: pairs})
+    assert creeping == sensor.replace(
+        **{path: [dict(zip(("share", "time"), pair, strict=True)) for pair in pairs]}
+    )
+    assert creeping.tolerances == pytest.approx(
+        {f"{path}.0.share": 0.012, f"{path}.0.time": 0.05, f"{path}.1.share": 0.01}
+    )
+    assert [(term.share, term.time) for term in creeping.transducer.relaxation] == [
+        (0.06, 0.4), (0.04, 15.0),
+    ]  # fmt: skip
+    assert parse_sensor(creeping.to_toml()) == creeping
+
+
 def test_a_design_survives_every_round_trip(real: ff.Sensor) -> None:
     again = parse_sensor(real.to_toml())
     assert again == real
@@ -220,6 +243,21 @@ LAYER = 'thickness = "0.5 mm"'
             'wavelength = "632.8 nm" ',
             'wavelength = "632.8 nm"\nvisibility = 1.2 ',
             ["polariscope.visibility", "1.2", "or less"],
+        ),
+        (
+            'wavelength = "632.8 nm" ',
+            'wavelength = "632.8 nm"\nvisibility = "95 +/- 2 %" ',
+            ["polariscope.visibility", "95 with a tolerance of 2 % of it", '"(95 +/- 2) %"'],
+        ),
+        (
+            LAYER,
+            LAYER + '\nrelaxation = [["6 +/- 1 %", "0.4 s"]]',
+            ["transducer.compliant.relaxation.0.share", "6 with", '"(6 +/- 1) %"'],
+        ),
+        (
+            LAYER,
+            LAYER + '\nrelaxation = ["6 %", "0.4 s"]',
+            ["transducer.compliant.relaxation", "pairs", '[["6 %", "0.4 s"], ["4 %", "15 s"]]'],
         ),
         ("bits = 8 ", 'bits = 8\nresponse = "gamma" ', ["camera.response", "'gamma'", "sRGB"]),
         ("bits = 8 ", 'bits = 8\ndrift = "much" ', ["camera.drift", "'much'", '"1 %"']),

@@ -158,11 +158,13 @@ class Polariscope(Light):
     )
 
     @classmethod
-    def in_full(cls, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    def in_full(cls, values: Any) -> Any:
         """The same, with a share for each pair of channels."""
-        stated, channels = values.get("crosstalk"), values.get("channels")
+        if not isinstance(values, Mapping) or "crosstalk" not in values:
+            return values
+        stated, channels = values["crosstalk"], values.get("channels")
         count = len(channels) if isinstance(channels, list | tuple) else 0
-        return {**values, "crosstalk": _pairs(stated, count)} if "crosstalk" in values else values
+        return {**values, "crosstalk": _pairs(stated, count)}
 
     @field_validator("crosstalk", mode="before")
     @classmethod

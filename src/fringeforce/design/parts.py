@@ -89,7 +89,7 @@ class Part(BaseModel):
         return frozenset()
 
     @classmethod
-    def in_full(cls, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    def in_full(cls, values: Any) -> Any:
         """Values as written, with what may be written in short as it stands for."""
         return values
 
@@ -97,21 +97,29 @@ class Part(BaseModel):
 class RelaxationTerm(Part):
     """A Prony term: what of a modulus is lost, or what an effect gains, and how fast."""
 
-    share: Percent = Field(gt=0, lt=1, description='of the instantaneous value, such as "6 %"')
-    time: Time = Field(description="in which 1 - 1 / e of it has gone or come [s]")
+    share: Percent = Field(
+        gt=0, lt=1, description='share of the instantaneous value, such as "6 %"'
+    )
+    time: Time = Field(description="time in which 1 - 1 / e of it has gone or come [s]")
+
+    @classmethod
+    def in_full(cls, values: Any) -> Any:
+        """A pair such as ["6 %", "0.4 s"] as a table."""
+        if not isinstance(values, list | tuple) or len(values) != 2:
+            return values
+        if any(isinstance(one, Mapping | list | tuple | Part) for one in values):
+            return values
+        return dict(zip(cls.model_fields, values, strict=True))
+
+
+_TWO_TERMS = '[["6 %", "0.4 s"], ["4 %", "15 s"]]'
 
 
 def _terms(value: Any) -> Any:
-    """Pairs such as ["6 %", "0.4 s"] as tables."""
+    """Pairs as tables."""
     if not isinstance(value, list | tuple):
-        return value
-    names = RelaxationTerm.model_fields
-    return tuple(
-        dict(zip(names, one, strict=True))
-        if isinstance(one, list | tuple) and len(one) == 2
-        else one
-        for one in value
-    )
+        raise ValueError("is no list of pairs of share and time; write it as in " + _TWO_TERMS)
+    return tuple(RelaxationTerm.in_full(one) for one in value)
 
 
 def _some_is_left(terms: tuple[RelaxationTerm, ...]) -> tuple[RelaxationTerm, ...]:

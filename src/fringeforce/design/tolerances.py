@@ -266,7 +266,6 @@ def _taken(model: type[BaseModel], values: Any, path: tuple[str | int, ...], tak
     if not isinstance(values, Mapping):
         return values
     fields = {info.alias or name: info for name, info in model.model_fields.items()}
-    values = getattr(model, "in_full", dict)(values)
     return {
         key: _field(fields[key], value, (*path, key), taken) if key in fields else value
         for key, value in values.items()
@@ -275,15 +274,17 @@ def _taken(model: type[BaseModel], values: Any, path: tuple[str | int, ...], tak
 
 def _field(info: FieldInfo, value: Any, path: tuple[str | int, ...], taken: _Taken) -> Any:
     child = table_of(info.annotation)
+    if child is not None:
+        value = getattr(child, "in_full", _same)(value)
     if isinstance(value, list | tuple):
         return [_field(info, one, (*path, i), taken) for i, one in enumerate(value)]
     if child is not None:
         return _taken(child, value, path, taken)
     if not is_tolerance(value) or not _is_number(info):
-        return value
+        return _plain(value, info)
     try:
         nominal, number, std = parse_tolerance(value, unit_of(info))
-        problem = excess(number, std, info)
+        problem = _per_cent(value, number, info) or excess(number, std, info)
         if problem is not None:
             raise ValueError(problem)
     except ValueError as error:
@@ -291,6 +292,34 @@ def _field(info: FieldInfo, value: Any, path: tuple[str | int, ...], taken: _Tak
         return value
     taken.tolerances[".".join(map(str, path))] = std
     return nominal
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+def _plain(value: Any, info: FieldInfo) -> Any:
+    """A number without a unit that is written as a text, such as what remains of a tolerance."""
+    if not isinstance(value, str) or unit_of(info) is not None or not _floats(info.annotation):
+        return value
+    try:
+        return _number(value.strip(), "value")
+    except ValueError:
+        return value
+
+
+def _per_cent(text: str, value: float, info: FieldInfo) -> str | None:
+    """What to write where per cent behind a tolerance are meant for its value too."""
+    left, right = split_tolerance(text)
+    if unit_of(info) is not None or not (_bare(left) and right.endswith("%")):
+        return None
+    allowed = limits(info)
+    if allowed.allow(value) or not allowed.allow(value / 100):
+        return None
+    return (
+        f"reads as {left} with a tolerance of {right} of it; where both are per cent, write "
+        f'"({left} +/- {right[:-1].strip()}) %"'
+    )
 
 
 def problem_at(path: tuple[str | int, ...], value: Any, text: str) -> InitErrorDetails:
