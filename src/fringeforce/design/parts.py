@@ -112,13 +112,13 @@ class RelaxationTerm(Part):
         return dict(zip(cls.model_fields, values, strict=True))
 
 
-_TWO_TERMS = '[["6 %", "0.4 s"], ["4 %", "15 s"]]'
-
-
 def _terms(value: Any) -> Any:
     """Pairs as tables."""
     if not isinstance(value, list | tuple):
-        raise ValueError("is no list of pairs of share and time; write it as in " + _TWO_TERMS)
+        raise ValueError(
+            "is no list of pairs of share and time; write it as in "
+            '[["6 %", "0.4 s"], ["4 %", "15 s"]]'
+        )
     return tuple(RelaxationTerm.in_full(one) for one in value)
 
 

@@ -273,9 +273,9 @@ def _taken(model: type[BaseModel], values: Any, path: tuple[str | int, ...], tak
 
 
 def _field(info: FieldInfo, value: Any, path: tuple[str | int, ...], taken: _Taken) -> Any:
-    child = table_of(info.annotation)
+    child: Any = table_of(info.annotation)
     if child is not None:
-        value = getattr(child, "in_full", _same)(value)
+        value = child.in_full(value)
     if isinstance(value, list | tuple):
         return [_field(info, one, (*path, i), taken) for i, one in enumerate(value)]
     if child is not None:
@@ -292,10 +292,6 @@ def _field(info: FieldInfo, value: Any, path: tuple[str | int, ...], taken: _Tak
         return value
     taken.tolerances[".".join(map(str, path))] = std
     return nominal
-
-
-def _same(value: Any) -> Any:
-    return value
 
 
 def _plain(value: Any, info: FieldInfo) -> Any:
