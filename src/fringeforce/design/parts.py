@@ -280,8 +280,7 @@ class Converter(Part):
     response: str = Field(
         default="linear",
         description='grey level over light: "linear", "sRGB" (IEC 61966-2-1), or a gamma such as '
-        '"0.45", the power of the light as a share of the full scale; noise is added behind it; '
-        "readings of pads do not allow for it",
+        '"0.45", the power of the light as a share of the full scale; noise is added behind it',
         json_schema_extra={"ideal": True},
     )
 

@@ -127,6 +127,34 @@ def encoded(light: ArrayLike, response: str) -> Array:
     return share ** float(response)
 
 
+def decoded(level: ArrayLike, response: str) -> Array:
+    """Light over grey level, both as shares of the full scale: the inverse of `encoded`.
+
+    Parameters
+    ----------
+    level : array_like, any shape
+        0 or more; what lies below counts as 0.
+    response : str
+        As of `encoded`.
+    """
+    share = np.maximum(np.asarray(level, dtype=float), 0.0)
+    if response == "linear":
+        return share
+    if response == "sRGB":
+        return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return np.asarray(share ** (1 / float(response)))
+
+
+def encoded_slope(light: ArrayLike, response: str) -> Array:
+    """Derivative of what `encoded` returns by the light, which must be above zero."""
+    share = np.asarray(light, dtype=float)
+    if response == "linear":
+        return np.ones_like(share)
+    if response == "sRGB":
+        return np.where(share <= 0.0031308, 12.92, 1.055 / 2.4 * share ** (1 / 2.4 - 1))
+    return np.asarray(float(response) * share ** (float(response) - 1))
+
+
 def blurred(light: Array, deviation: float) -> Array:
     """Lines of light behind a Gaussian point spread; what lies beyond is as the end is.
 

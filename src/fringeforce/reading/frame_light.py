@@ -14,6 +14,7 @@ from fringeforce.estimation.extremes import extremes, light_of_extremes
 from fringeforce.estimation.frame_model import FrameModel
 from fringeforce.estimation.phase.folding import phase_pace
 from fringeforce.estimation.posterior import Top
+from fringeforce.optics.camera import decoded
 
 CONTRAST = 0.3
 """Lowest contrast of blurred fringes that is undone."""
@@ -208,6 +209,5 @@ def _decoded(model: FrameModel, grey: Array) -> Array:
         return grey
     share = np.clip(grey / model.full_scale, 0, 1) ** (1 / model.gamma)
     if model.srgb:
-        curved = np.power((share + 0.055) / 1.055, 2.4)
-        share = np.where(share <= 0.04045, share / 12.92, curved)
+        share = decoded(share, "sRGB")
     return model.full_scale * share

@@ -1,8 +1,9 @@
-"""Frames whose channels or pixels come in another order than the design says."""
+"""Frames that fit in another order of channels or pixels, or with another camera response."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import permutations
 from typing import Any
 
@@ -14,6 +15,10 @@ from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.reading import Status
 
 FITS = "The frame fits if {how}; give frames as the design has them, or change the design."
+ENCODED = (
+    'The frame fits if the camera\'s response is {response}; set response = "{response}" under '
+    "[camera]."
+)
 Orders = Iterable[tuple[str, Index]]
 """Ways in which frames may come, in words, each with the numbers of the pixels that it shows."""
 
@@ -44,6 +49,37 @@ def fitting_order(
         if single.search(levels[own], used[own]).status is Status.OK:
             return (FITS.format(how=how),)
     return ()
+
+
+def encoding_otherwise(single: FrameReader) -> FrameReader:
+    """What reads frames of a camera that encodes light in the way that the design does not say.
+
+    Scientific cameras are linear; webcams, phones and their pictures are sRGB.
+    """
+    sensor = single.model.sensor
+    other = "linear" if sensor.camera.response == "sRGB" else "sRGB"
+    model = replace(single.model, sensor=sensor.replace(**{"camera.response": other}))
+    return replace(single, model=model)
+
+
+def fitting_response(other: FrameReader, levels: NDArray[Any], used: Mask) -> tuple[str, ...]:
+    """What is said of a frame that loads explain if the camera encodes light otherwise.
+
+    Parameters
+    ----------
+    other : FrameReader
+        As of `encoding_otherwise`.
+    levels, used
+        As of `fitting_order`.
+
+    Returns
+    -------
+    tuple of str
+        A sentence, or nothing.
+    """
+    if other.search(levels, used).status is not Status.OK:
+        return ()
+    return (ENCODED.format(response=other.model.sensor.camera.response),)
 
 
 def turned(single: FrameReader) -> Orders:

@@ -22,7 +22,13 @@ from fringeforce.models.strip import SensorModel
 from fringeforce.reading.batch import Batch, checked_recording
 from fringeforce.reading.diagnosis import Diagnosis
 from fringeforce.reading.findings import UNEXPLAINED
-from fringeforce.reading.frame_order import fitting_order, turned, with_other_channels
+from fringeforce.reading.frame_order import (
+    encoding_otherwise,
+    fitting_order,
+    fitting_response,
+    turned,
+    with_other_channels,
+)
 from fringeforce.reading.frame_reader import Follower, FrameReader
 from fringeforce.reading.pads.diagnosis import PadSkinDiagnosis, PadSquaresDiagnosis
 from fringeforce.reading.pads.following import PadFollower
@@ -324,10 +330,12 @@ class Reader:
         return reading.with_findings(lambda: self._diagnosis(levels, used))
 
     def _diagnosis(self, levels: NDArray, used: NDArray[np.bool_]) -> tuple[str, ...]:
-        """What departs from the design, or in which other order a frame would fit.
+        """What departs from the design, or how else a frame would fit.
 
-        Departures take longest, but on a skin, of which a search in vain does.
+        Departures take longest, but on a skin, of which searches in vain do: it is turned last.
         """
+        if found := fitting_response(self._encoding_otherwise, levels, used):
+            return found
         single, of_skin = self._single, self.model.sensor.skin is not None
         if not of_skin and (found := fitting_order(single, levels, used, turned(single))):
             return found
@@ -336,6 +344,10 @@ class Reader:
             return found
         orders = [*with_other_channels(single), *(turned(single) if of_skin else ())]
         return fitting_order(single, levels, used, orders) or found
+
+    @cached_property
+    def _encoding_otherwise(self) -> FrameReader:
+        return encoding_otherwise(self._single)
 
     @cached_property
     def _departures(self) -> Findings:

@@ -28,6 +28,7 @@ from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.reading.pads.light import (
+    Curve,
     FrameLight,
     Place,
     Prior,
@@ -126,6 +127,8 @@ class Fit:
         which makes large ones likelier, for their tractions need less of a spread.
     still : ndarray, optional
         Spline coefficients of the retardance without forces, where nothing is uncertain [rad].
+    curve : Curve, optional
+        Of the camera; as drawn if not given.
     """
 
     model: PadModel
@@ -136,6 +139,7 @@ class Fit:
     prior: Prior | None = None
     reference: Array | None = None
     still: Single | None = None
+    curve: Curve | None = None
 
     @property
     def uncertain(self) -> PadUncertainty | None:
@@ -144,13 +148,25 @@ class Fit:
 
     @property
     def as_drawn(self) -> Fit:
-        """The likelihood of the same frame where all unknowns of tolerances are at their means."""
-        known = self.uncertain
-        if known is None:
-            return replace(self, still=None)
-        response = expected_response(self.response, known)
-        sampling = replace(self.sampling, uncertain=None)
-        return replace(self, sampling=sampling, still=known.still, response=response)
+        """The same where all unknowns of tolerances are at their means, and the camera is linear.
+
+        Far from the top, neither tolerances nor the curve of a camera help to find it.
+        """
+        known, drawn = self.uncertain, Curve.of(self.model.sensor.camera)
+        frame, response = drawn.straightened(self.frame, expected_response(self.response, known))
+        return replace(
+            self,
+            sampling=replace(self.sampling, uncertain=None),
+            still=None if known is None else known.still,
+            frame=frame,
+            response=response,
+            curve=Curve("linear", 1.0, drawn.full),
+        )
+
+    @property
+    def is_as_drawn(self) -> bool:
+        """Whether nothing is uncertain, and the camera is linear."""
+        return self.uncertain is None and Curve.of(self.model.sensor.camera).straight
 
     @property
     def _prior(self) -> Prior:
@@ -171,7 +187,9 @@ class Fit:
 
     @cached_property
     def _light(self) -> FrameLight:
-        return FrameLight(self.model, self.response, self.frame, self.used, self.uncertain)
+        return FrameLight(
+            self.model, self.response, self.frame, self.used, self.uncertain, self.curve
+        )
 
     def place(self, start: Start) -> Place:
         """Evaluate where the retardance is known."""

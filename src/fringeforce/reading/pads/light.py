@@ -13,6 +13,7 @@ from functools import reduce
 import numpy as np
 
 from fringeforce.base.arrays import Array, Mask, Single
+from fringeforce.design.parts import Converter
 from fringeforce.estimation.covariance import marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Misfit, Response, misfit
@@ -20,6 +21,7 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_uncertainty import PadUncertainty
 from fringeforce.models.pad_unknowns import BLUR, GAMMA, UNEVEN
 from fringeforce.optics.area_camera import Lens, Picture
+from fringeforce.optics.camera import decoded, encoded, encoded_slope
 
 DARKEST = 0.5
 """Grey level that stands for all below it where a camera is not linear: none is told from it."""
@@ -107,38 +109,66 @@ class Prior:
 
 @dataclass(frozen=True)
 class Curve:
-    """A grey level that is a power of that of a linear camera, as shares of the full scale.
+    """What a camera that is not linear makes of the grey levels of a linear one.
 
     Attributes
     ----------
+    response : str
+        Of the camera, as `encoded` takes it.
     power : float
-        Gamma.
+        Gamma, of the share of the full scale behind the response.
     full : float
         Largest grey level.
     """
 
+    response: str
     power: float
     full: float
+
+    @classmethod
+    def of(cls, camera: Converter) -> Curve:
+        """That of a camera as drawn."""
+        return cls(camera.response, float(camera.gamma), float(camera.full_scale))
+
+    @property
+    def straight(self) -> bool:
+        """Whether it changes nothing."""
+        return self.response == "linear" and self.power == 1
 
     def _share(self, linear: Array) -> Array:
         return np.maximum(linear, DARKEST) / self.full
 
     def level(self, linear: Array) -> Array:
         """Grey levels from those of a linear camera."""
-        return np.asarray(self.full * self._share(linear) ** self.power)
+        return np.asarray(self.full * encoded(linear / self.full, self.response) ** self.power)
 
     def slope(self, linear: Array) -> Array:
         """Derivative of these by those."""
-        return np.asarray(self.power * self._share(linear) ** (self.power - 1))
+        share = self._share(linear)
+        steep = encoded_slope(share, self.response)
+        if self.power == 1:
+            return steep
+        shown = encoded(share, self.response)
+        return np.asarray(self.power * shown ** (self.power - 1) * steep)
 
     def by_power(self, linear: Array) -> Array:
         """Derivative of these by gamma."""
-        share = self._share(linear)
-        return np.asarray(self.full * share**self.power * np.log(share))
+        shown = encoded(self._share(linear), self.response)
+        return np.asarray(self.full * shown**self.power * np.log(shown))
 
     def linear(self, level: Array) -> Array:
         """Grey levels of a linear camera."""
-        return np.asarray(self.full * (np.maximum(level, 0.0) / self.full) ** (1 / self.power))
+        shown = (np.maximum(level, 0.0) / self.full) ** (1 / self.power)
+        return self.full * decoded(shown, self.response)
+
+    def straightened(self, frame: Array, response: Response) -> tuple[Array, Response]:
+        """Grey levels that a linear camera would give, and its response, with their noise."""
+        if self.straight:
+            return frame, response
+        linear = self.linear(frame)
+        # noise behind the curve counts more in the light where the curve is flat
+        worse = float(np.mean(self.slope(linear) ** -2.0))
+        return linear, replace(response, variance=worse * response.variance)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -251,6 +281,8 @@ class FrameLight:
         Pixels that count; all if not given.
     uncertain : PadUncertainty, optional
         What is uncertain about the pad, if anything is.
+    curve : Curve, optional
+        Of the camera; as drawn if not given.
     """
 
     model: PadModel
@@ -258,18 +290,21 @@ class FrameLight:
     frame: Array
     used: Mask | None = None
     uncertain: PadUncertainty | None = None
+    curve: Curve | None = None
 
     def shone(self, modes: Single, extra: Array) -> Shone:
         """The light of retardance, shape (2, modes, rows, columns), under unknowns (q,)."""
         known, pictures, lens = self.uncertain, self.model.pictures, self.model.lens
-        gain, dark, power, uneven = 1.0, 0.0, float(self.model.sensor.camera.gamma), None
+        gain, dark, uneven = 1.0, 0.0, None
+        curve = self.curve or Curve.of(self.model.sensor.camera)
         amplitude = float(np.mean(self.response.amplitude))
         if np.ndim(self.response.amplitude):
             pixels = len(self.frame) // len(self.model.pictures)
             uneven = np.ravel(self.response.amplitude / amplitude)[:pixels]
         if known is not None:
             camera = known.camera
-            pictures, lens, power = camera.pictures(extra), camera.lens(extra), camera.gamma(extra)
+            pictures, lens = camera.pictures(extra), camera.lens(extra)
+            curve = replace(curve, power=camera.gamma(extra))
             gain, dark = camera.gain(extra), camera.dark(extra)
             if shade := known.group(UNEVEN):
                 uneven = 1.0 + known.shades.field(extra[shade.place]).ravel() / gain
@@ -281,9 +316,10 @@ class FrameLight:
         intensity = np.concatenate(seen).astype(float)
         dark = float(self.response.offset + dark)
         lit = intensity if uneven is None else np.tile(uneven, len(seen)) * intensity
-        level, curve, linear, bend = np.asarray(gain * amplitude * lit + dark), None, None, None
-        if power != 1 or (known is not None and known.group(GAMMA) is not None):
-            curve, linear = Curve(power, float(self.model.sensor.camera.full_scale)), level
+        level, linear, bend = np.asarray(gain * amplitude * lit + dark), None, None
+        bent = not curve.straight or (known is not None and known.group(GAMMA) is not None)
+        if bent:
+            linear = level
             level, bend = curve.level(linear), curve.slope(linear)
         return Shone(
             modes=modes,
@@ -296,7 +332,7 @@ class FrameLight:
             intensity=intensity,
             dark=dark,
             uneven=uneven,
-            curve=curve,
+            curve=curve if bent else None,
             linear=linear,
             bend=bend,
         )

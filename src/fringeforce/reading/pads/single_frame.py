@@ -286,8 +286,9 @@ class PadFrameReader(PadFrames):
 
     def _climbed(self, fit: Fit, forces: Array) -> Optimum:
         """Where forces of a search lead."""
-        if fit.uncertain is not None:
-            # far from the top, tolerances would take over what forces must explain
+        if not fit.is_as_drawn:
+            # far from the top, tolerances would take over what forces must explain, and a curve
+            # of the camera hides where they are
             forces = fit.as_drawn.climb(forces).forces
         return fit.climb(forces)
 

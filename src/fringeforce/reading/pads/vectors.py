@@ -68,9 +68,7 @@ def stress_vectors(
         Pixels that count; all if not given.
     """
     shape = len(model.pictures), *model.frame_shape[-2:]
-    camera = model.sensor.camera
-    if camera.gamma != 1:
-        frame = Curve(camera.gamma, camera.full_scale).linear(frame)
+    frame, response = Curve.of(model.sensor.camera).straightened(frame, response)
     light = ((frame - response.offset) / response.amplitude).reshape(shape)
     counts = np.ones(shape, dtype=bool) if used is None else used.reshape(shape)
     found = []

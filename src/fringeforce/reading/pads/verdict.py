@@ -200,8 +200,8 @@ class FrameClassifier:
         """Grey levels where nothing touches."""
         nothing = self.model.intensity(np.zeros((self.model.sensor.tactels.total, 3)))
         level = np.asarray(self.response.amplitude * nothing.ravel() + self.response.offset)
-        camera = self.model.sensor.camera
-        return level if camera.gamma == 1 else Curve(camera.gamma, camera.full_scale).level(level)
+        curve = Curve.of(self.model.sensor.camera)
+        return level if curve.straight else curve.level(level)
 
     def refusal(self, levels: Array) -> Status:
         """Why nothing explains a frame."""
