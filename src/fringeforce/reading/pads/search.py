@@ -19,7 +19,7 @@ from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve, cholesky, get_lapack_funcs
 from scipy.linalg.blas import strmm  # pyrefly: ignore[missing-module-attribute]
-from scipy.ndimage import maximum_filter, uniform_filter
+from scipy.ndimage import binary_erosion, maximum_filter, uniform_filter
 
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.pad import PadModel
@@ -51,6 +51,8 @@ SLACK = 0.05
 """What predictions may be wrong by while forces grow, as a sine of the retardance."""
 WRONG = 0.12
 """Root mean square by which the sines of neighbours may differ from what is believed of them."""
+MOST = 0.5
+"""Share of the places that forces must explain for a search to begin again from there."""
 WHOLE = 0.95
 """Share of the places that shows which must come to be believed, but for noise all of them."""
 SEARCH_STEPS = 60
@@ -116,6 +118,41 @@ class Search:
         for plausible, contact in PRIOR_RETARDANCES:
             yield self._grown(seen, plausible / self.strongest, contact)
 
+    def again(self, frame: Array, used: Mask | None, forces: Array, beside: int) -> Array | None:
+        """Forces that are grown from where those of a search in vain explain the frame.
+
+        Such a search often took but few tactels for the wrong fold of the sine.
+
+        Parameters
+        ----------
+        frame, used
+            As of `attempts`.
+        forces : ndarray, shape (3 n,)
+            Of the search.
+        beside : int
+            Places beside those that they do not explain which are not believed either.
+
+        Returns
+        -------
+        ndarray, shape (3 n,), or None
+            None if less than half of what shows is explained, or all.
+        """
+        seen, wrong = [], False
+        for image in stress_vectors(self.model, self.response, frame, used):
+            vectors = image.at(self.places.rows, self.places.columns)
+            left = vectors.values - vectors.directions @ self._sines(forces, vectors.dispersion)
+            shape = len(self.places.rows), len(self.places.columns)
+            right = self._agrees(left, vectors, np.zeros(left.shape[1])).reshape(shape)
+            start = binary_erosion(right, iterations=beside, border_value=1).ravel()
+            if start[vectors.known].mean() < MOST:
+                return None
+            seen.append((vectors, start))
+            wrong |= not right.ravel()[vectors.known].all()
+        if not wrong:
+            return None
+        plausible, contact = PRIOR_RETARDANCES[0]
+        return self._grown(seen, plausible / self.strongest, contact, forces)[0]
+
     @cached_property
     def places(self) -> Sampling:
         """Where retardance is looked at."""
@@ -156,10 +193,14 @@ class Search:
         return float(np.abs(self._whole[:, :, ::3]).max())
 
     def _grown(
-        self, seen: list[tuple[StressVectors, Mask]], normal: float, contact: bool
+        self,
+        seen: list[tuple[StressVectors, Mask]],
+        normal: float,
+        contact: bool,
+        forces: Array | None = None,
     ) -> tuple[Array, bool]:
-        """Forces, grown from what is believed at the start."""
-        forces = np.zeros(self._whole.shape[2])
+        """Forces, grown from what is believed at the start, of which some may be given."""
+        forces = np.zeros(self._whole.shape[2]) if forces is None else forces
         spread, deviation = np.full(len(forces), np.inf), np.full(self._whole.shape[1], np.inf)
         before = None
         for turn_ in range(SEARCH_STEPS):

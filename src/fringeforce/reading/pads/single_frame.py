@@ -40,6 +40,9 @@ BETWEEN = (
 )
 """Why other forces may explain a frame as well."""
 
+BESIDE = 2, 4, 8
+"""Places beside those that forces do not explain from which a search does not begin again."""
+
 
 @dataclass(frozen=True, eq=False)
 class Earlier:
@@ -278,11 +281,18 @@ class PadFrameReader(PadFrames):
             if classifier.explained(optima[-1]) and plain:
                 break
         optima.sort(key=lambda optimum: optimum.misfit.loss)
-        return (
-            self._with_images(fit, classifier, optima)
-            if classifier.explained(optima[0])
-            else optima
-        ), sure
+        for beside in BESIDE:
+            if classifier.explained(optima[0]):
+                break
+            grown = self._search.again(fit.frame, classifier.used, optima[0].forces, beside)
+            if grown is None:
+                break
+            optima.append(self._climbed(fit, grown))
+            sure |= classifier.plain(optima[-1], silence)
+            optima.sort(key=lambda optimum: optimum.misfit.loss)
+        if classifier.explained(optima[0]):
+            optima = self._with_images(fit, classifier, optima)
+        return optima, sure
 
     def _climbed(self, fit: Fit, forces: Array) -> Optimum:
         """Where forces of a search lead."""
