@@ -86,7 +86,7 @@ def extract(
         str | None,
         typer.Option(
             metavar="<curve>",
-            help="Response of the camera: linear, sRGB or a power such as 2.2; the design's if "
+            help="Response of the camera: linear, sRGB or a power such as 0.45; the design's if "
             "not given.",
         ),
     ] = None,
