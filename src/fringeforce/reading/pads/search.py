@@ -52,7 +52,8 @@ SLACK = 0.05
 WRONG = 0.12
 """Root mean square by which the sines of neighbours may differ from what is believed of them."""
 MOST = 0.5
-"""Share of the places that forces must explain for a search to begin again from there."""
+"""Share of the places that forces must explain for a search to begin again from there: fewer agree
+by chance, where nothing is right."""
 WHOLE = 0.95
 """Share of the places that shows which must come to be believed, but for noise all of them."""
 SEARCH_STEPS = 60
@@ -144,7 +145,7 @@ class Search:
             shape = len(self.places.rows), len(self.places.columns)
             right = self._agrees(left, vectors, np.zeros(left.shape[1])).reshape(shape)
             start = binary_erosion(right, iterations=beside, border_value=1).ravel()
-            if start[vectors.known].mean() < MOST:
+            if np.sum(start & vectors.known) < MOST * np.sum(vectors.known):
                 return None
             seen.append((vectors, start))
             wrong |= not right.ravel()[vectors.known].all()

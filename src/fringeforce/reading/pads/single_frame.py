@@ -41,7 +41,8 @@ BETWEEN = (
 """Why other forces may explain a frame as well."""
 
 BESIDE = 2, 4, 8
-"""Places beside those that forces do not explain from which a search does not begin again."""
+"""Places beside those that forces do not explain from which a search does not begin again, in turn:
+the more noise there is, the less the edges of what is wrong show."""
 
 
 @dataclass(frozen=True, eq=False)
