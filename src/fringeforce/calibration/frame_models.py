@@ -89,6 +89,8 @@ class FrameModels:
             influence=np.zeros((0, 1, len(chosen), 2, template.fixed.size)),
             moving=np.zeros((0, len(chosen))),
             origin=np.zeros(0),
+            drawn=np.ones(1),
+            scaling=np.zeros(0),
             bias=template.bias + bench.turned[f],
             variance=template.variance * self.heat / averaged,
             at=bench.layouts[len(chosen)],

@@ -71,17 +71,19 @@ def dot(a, b):
 
 @apart
 def contact_moments(model, unknowns, moments):
-    """Mixtures of moments of every contact, and derivatives, into `moments`, shape (n, 3, k).
+    """Mixtures of moments of every contact, and derivatives, into `moments`, shape (n, 4, k).
 
-    The derivatives are those by its place [1/m] and by its width's unknown.  The place is where the
-    camera sees it, beside its tactel.
+    The derivatives are those by its place [1/m], by its width's unknown and by the scale of what it
+    adds that is not as drawn.  The place is where the camera sees it, beside its tactel.
     """
     at, order = model.at, model.mixing.shape[1]
     own, one, other = np.empty(order), np.empty(order), np.empty(order)
-    placed, wider = at.width > at.place, at.fields > at.width
+    placed, wider, scale = at.width > at.place, at.fields > at.width, 1.0
+    for d in range(len(model.scaling)):
+        scale += model.scaling[d] * (unknowns[at.modes + d] - model.origin[d])
     for j in range(len(moments)):
         if j > 0 and not (placed or wider or len(model.moving) > 0):
-            for x in range(3):
+            for x in range(4):
                 for k in range(moments.shape[2]):
                     moments[j, x, k] = moments[0, x, k]
             continue
@@ -97,13 +99,16 @@ def contact_moments(model, unknowns, moments):
         patch_moments(shift / model.reach, half, model.profile, own, one, other)
         along, across = 1 / model.reach, slope / 2 * model.width_std / model.reach
         for k in range(moments.shape[2]):
-            a = b = c = 0.0
+            a = b = c = drawn = 0.0
             for i in range(order):
                 share = model.mixing[k, i]
                 a += share * own[i]
                 b += share * one[i]
                 c += share * other[i]
-            moments[j, 0, k], moments[j, 1, k], moments[j, 2, k] = a, along * b, across * c
+                drawn += share * model.drawn[i]
+            moments[j, 0, k] = drawn + scale * (a - drawn)
+            moments[j, 1, k], moments[j, 2, k] = scale * along * b, scale * across * c
+            moments[j, 3, k] = a - drawn
 
 
 @apart
@@ -131,7 +136,7 @@ def bend_columns(curvature, unknowns, columns):
 def fill_node_phase(model, unknowns, out):
     """Phase lead at the nodes, into `out`, shape (m,)."""
     order, at = model.profiles.shape[2], model.at
-    moments = np.empty((len(model.moments), 3, order))
+    moments = np.empty((len(model.moments), 4, order))
     contact_moments(model, unknowns, moments)
     copied(model.fixed, out)
     for j in range(len(moments)):
@@ -159,10 +164,10 @@ def fill_node_phase(model, unknowns, out):
 def fill_columns(model, unknowns, columns):
     """Change of the phase at the nodes with every unknown that has one, shape (size, m)."""
     order, at = model.profiles.shape[2], model.at
-    moments = np.empty((len(model.moments), 3, order))
+    moments = np.empty((len(model.moments), 4, order))
     contact_moments(model, unknowns, moments)
-    placed = at.width > at.place or len(model.moving) > 0
-    slope = np.empty(len(model.fixed))
+    placed, scaled = at.width > at.place or len(model.moving) > 0, len(model.scaling) > 0
+    slope, beyond = np.empty(len(model.fixed)), np.zeros(len(model.fixed))
     columns[:] = 0.0
     for j in range(len(moments)):
         slope[:] = 0.0
@@ -176,6 +181,10 @@ def fill_columns(model, unknowns, columns):
                     b = force * moments[j, 1, k]
                     for i in range(len(row)):
                         slope[i] += b * row[i]
+                if scaled:
+                    b = force * moments[j, 3, k]
+                    for i in range(len(row)):
+                        beyond[i] += b * row[i]
                 if at.fields > at.width:
                     wide, b = columns[at.width + j], force * moments[j, 2, k]
                     for i in range(len(row)):
@@ -196,6 +205,10 @@ def fill_columns(model, unknowns, columns):
             factor, turned = model.moving[d, j], columns[at.modes + d]
             for i in range(len(slope)):
                 turned[i] += factor * slope[i]
+    for d in range(len(model.scaling)):
+        factor, turned = model.scaling[d], columns[at.modes + d]
+        for i in range(len(beyond)):
+            turned[i] += factor * beyond[i]
     bend_columns(model.curvature, unknowns, columns)
     for r in range(len(model.fields)):
         copied(model.fields[r], columns[at.fields + r])
@@ -510,7 +523,7 @@ def contact_mixtures(model, unknowns, moments):
 
 @sums_entry
 def contact_columns(model, unknowns):
-    """Change of the phase per force with each contact's place [1/m] and its width's unknown.
+    """Change of the phase per force with each contact's place, its width's unknown and its scale.
 
     Parameters
     ----------
@@ -519,12 +532,13 @@ def contact_columns(model, unknowns):
 
     Returns
     -------
-    ndarray, shape (2, n, 2, m)
-        Place and width, contact, component, node: rad/(N m) and rad/N.
+    ndarray, shape (3, n, 2, m)
+        Place, width and scale of what is not as drawn, contact, component, node: rad/(N m) and
+        rad/N.
     """
     tactels, components, order, nodes = model.profiles.shape
-    found = np.zeros((2, tactels, components, nodes))
-    moments = np.empty((tactels, 3, order))
+    found = np.zeros((3, tactels, components, nodes))
+    moments = np.empty((tactels, 4, order))
     contact_moments(model, unknowns, moments)
     for j in range(tactels):
         for c in range(components):
@@ -532,6 +546,7 @@ def contact_columns(model, unknowns):
                 for i in range(nodes):
                     found[0, j, c, i] += moments[j, 1, k] * model.profiles[j, c, k, i]
                     found[1, j, c, i] += moments[j, 2, k] * model.profiles[j, c, k, i]
+                    found[2, j, c, i] += moments[j, 3, k] * model.profiles[j, c, k, i]
     return found
 
 
@@ -551,6 +566,9 @@ def influence_slopes(model: FrameModel, unknowns: Array) -> Array:
     at, powers = model.at, np.arange(model.influence.shape[1])
     e = unknowns[at.modes : at.modes + len(model.influence), None]
     found = np.einsum("dq,dqncm->dncm", (powers + 1) * e**powers, model.influence)
+    by_place, _, by_scale = contact_columns(model, unknowns)
     if len(model.moving):
-        found += np.einsum("dn,ncm->dncm", model.moving, contact_columns(model, unknowns)[0])
+        found += np.einsum("dn,ncm->dncm", model.moving, by_place)
+    if len(model.scaling):
+        found += np.einsum("d,ncm->dncm", model.scaling, by_scale)
     return np.asarray(found)

@@ -78,6 +78,11 @@ class FrameModel(NamedTuple):
         [m]; without rows where none does.
     origin : ndarray, shape (d,), or (0,)
         Values of these modes at which the contacts are seen at their tactels.
+    drawn : ndarray, shape (K,)
+        Moments of the traction of a contact as drawn.
+    scaling : ndarray, shape (d,), or (0,)
+        Relative change, by a deviation of each of these modes from its origin, of what contacts add
+        to the phase that are not as drawn.
     fields : ndarray, shape (r, m)
         Modes of the phase lead that no load causes [rad].
     fixed : ndarray, shape (m,)
@@ -139,6 +144,8 @@ class FrameModel(NamedTuple):
     profile: float
     moving: Array
     origin: Array
+    drawn: Array
+    scaling: Array
     fields: Array
     fixed: Array
     influence: Array
@@ -289,11 +296,18 @@ def turned_moments(model: FrameModel, modes: Array) -> tuple[Array, Array]:
     """
     moments, power = model.moments, np.arange(1, 1 + model.influence.shape[1])
     slopes = np.zeros((len(model.influence), *moments.shape))
-    e = modes[:, None]
+    e, scale = modes[:, None], 1.0
+    as_drawn = np.einsum("k,ntkm->ntm", model.drawn, moments) if len(model.scaling) else 0.0
     if len(model.moving):
         moments = moments_about(moments, (modes - model.origin) @ model.moving / model.reach)
         raised = moments[:, :, 1:] * np.arange(1, moments.shape[2])[:, None]
         slopes[:, :, :, :-1] = np.einsum("dn,ntkm->dntkm", model.moving / model.reach, raised)
+    if len(model.scaling):
+        scale += model.scaling @ (modes - model.origin)
+        beside = moments.copy()
+        beside[:, :, 0] -= as_drawn
+        moments = moments + (scale - 1) * beside
+        slopes = scale * slopes + model.scaling[:, None, None, None, None] * beside
     if len(model.influence):
         moments = moments.copy()
         moments[:, :, 0] += np.einsum("dq,dqncm->ncm", e**power, model.influence)

@@ -105,9 +105,10 @@ def _sizes(model: FrameModel) -> Array:
         place=contacts_scatter(model.place, model.moving),
         moving=model.moving[:0],
         origin=model.origin[:0],
+        scaling=model.scaling[:0],
         at=at._replace(place=0, width=1, fields=1 + (at.fields > at.width)),
     )
-    moments = np.empty((1, 3, len(model.mixing)))
+    moments = np.empty((1, 4, len(model.mixing)))
     square = list[Array]()
     for place in steps if at.width > at.place or len(model.moving) else [0.0]:
         for width in steps if at.fields > at.width else [0.0]:
@@ -127,6 +128,7 @@ def by_coordinates(model: FrameModel, basis: Array) -> FrameModel:
         influence=np.empty((0, 1, 0, 2, nodes)),
         moving=np.empty((0, 0)),
         origin=np.empty(0),
+        scaling=np.empty(0),
         curvature=np.empty((0, 0, nodes)),
         fields=np.concatenate([basis, model.fields]),
         at=Layout(0, 0, 0, 0, *ends),
@@ -222,13 +224,14 @@ def _shown(model, reduced, unknowns, columns, point):
     """
     profiles, turned, bent = reduced.profiles, reduced.turning, len(columns) > 0
     order, at, rank = profiles.shape[2], model.at, len(point)
-    moments = np.empty((len(profiles), 3, order))
+    moments = np.empty((len(profiles), 4, order))
     contact_moments(model, unknowns, moments)
     point[:] = 0.0
     if bent:
         columns[:] = 0.0
     one, beside, wide = np.empty(rank), np.empty(rank), np.empty(rank)
-    moving = len(model.moving)
+    moving, beyond = len(model.moving), np.zeros(rank)
+    scaling = len(model.scaling) if bent else 0
     for j in range(len(profiles)):
         for c in range(2):
             force = unknowns[2 * j + c]
@@ -252,6 +255,10 @@ def _shown(model, reduced, unknowns, columns, point):
                     one[i] += a * x + b * y
                     beside[i] += p * x + q * y
                     wide[i] += r * x + s * y
+            for k in range(order if scaling > 0 else 0):
+                factor, row = force * moments[j, 3, k], profiles[j, c, k]
+                for i in range(rank):
+                    beyond[i] += factor * row[i]
             if bent and at.width > at.place:
                 own = columns[at.place + j]
                 for i in range(rank):
@@ -279,6 +286,10 @@ def _shown(model, reduced, unknowns, columns, point):
                 point[i] += force * one[i]
             if bent:
                 copied(one, columns[2 * j + c])
+    for d in range(scaling):
+        own, factor = columns[at.fields + d], model.scaling[d]
+        for i in range(rank):
+            own[i] += factor * beyond[i]
     bend(reduced.curvature, unknowns, point)
     if bent:
         bend_columns(reduced.curvature, unknowns, columns)

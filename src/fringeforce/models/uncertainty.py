@@ -108,8 +108,12 @@ class Uncertainty:
 
     @cached_property
     def turns_contacts(self) -> Array:
-        """The same of what is not as if contacts moved, (d,)."""
-        return self._over_peak(self.frame.influence[:, 0])
+        """The same of what is neither as if contacts moved nor a change of scale, (d,)."""
+        changes = self.frame.influence[:, 0]
+        if len(self.frame.scaling):
+            as_drawn = np.einsum("k,ntkm->ntm", self.frame.drawn, self.frame.moments)
+            changes = changes - self.frame.scaling[:, None, None, None] * as_drawn
+        return self._over_peak(changes)
 
     def _over_peak(self, changes: Array) -> Array:
         peak = max(np.abs(self.frame.moments[:, :, 0]).max(), np.finfo(float).tiny)
@@ -193,7 +197,9 @@ def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncerta
     turning = [mode for mode in modes if mode.influence]
     moving = np.array([lines.moving.get(mode.name, lines.still) for mode in turning])
     moving = moving.reshape(-1, sensor.tactels.count)[: len(turning) if lines.moving else 0]
-    origin = np.array([centre.get(mode.name, 0.0) for mode in turning])[: len(moving)]
+    scaling = np.array([_scaling(mode.influence[0], psi) for mode in turning])
+    scaling = scaling if PLACEMENT in std or WIDTH in std else scaling[:0]
+    origin = np.array([centre.get(mode.name, 0.0) for mode in turning])
     light, camera = sensor.polariscope, sensor.camera
     fixed = np.full(nodes, light.residual)
     if imaging is not None and imaging.residual is not None:
@@ -268,6 +274,8 @@ def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncerta
         profile=EVEN,
         moving=moving,
         origin=origin,
+        drawn=lines.nominal,
+        scaling=scaling,
         fields=np.ascontiguousarray(fields),
         fixed=fixed,
         influence=coefficients(_powers([mode.influence for mode in turning], psi), nodes),
@@ -317,6 +325,16 @@ def _curvature(model: SensorModel, x: Array, shown: NDArray[np.bool_]) -> Array:
     if model.sensor.transducer.strain != "finite" or model.sensor.skin is not None:
         return np.empty((0, 0, len(x)))
     return np.moveaxis(second_order_influence(model.sensor, x) * shown[:, None, None], 0, 2)
+
+
+def _scaling(change: Array, psi: Array) -> float:
+    """Relative change of what contacts add that lie beside their tactels, or are wider.
+
+    To first order it is the change along the strip, and the nearest multiple of it.
+    """
+    slope, own = np.diff(psi, axis=0).ravel(), np.diff(change, axis=0).ravel()
+    square = float(slope @ slope)
+    return float(slope @ own) / square if square else 0.0
 
 
 def _size(profile: Array | float) -> float:

@@ -26,12 +26,14 @@ def off(uncertain: Uncertainty) -> Array:
 
 
 def centre_near(
-    uncertain: Uncertainty, beside: bool, unknowns: Array
+    uncertain: Uncertainty, beside: bool, unknowns: Array, near: Array
 ) -> Mapping[str, float] | None:
     """A centre near what was found, as of `Uncertainty.centre`; none where products are small.
 
-    Of what was calibrated the values are nearly known, and large strain has a centre of its own.
-    Centres lie on a grid, so that frames of one sensor share them.
+    A product counts where both values are off, and where one is off and the other one may be:
+    without it a frame seems to tell of the other one what loads can make up for.  Of what was
+    calibrated the values are nearly known, and large strain has a centre of its own.  Centres lie
+    on a grid, so that frames of one sensor share them.
 
     Parameters
     ----------
@@ -41,16 +43,19 @@ def centre_near(
         Whether contacts may lie beside their tactels, or be wider.
     unknowns : ndarray, shape (size,)
         The best explanation.
+    near : ndarray, shape (size,)
+        Its standard deviations.
     """
     frame = uncertain.frame
     if uncertain.matrix.calibrated or len(frame.curvature) or not len(frame.influence):
         return None
-    modes = unknowns[frame.at.modes : frame.at.modes + len(frame.influence)]
+    turning = slice(frame.at.modes, frame.at.modes + len(frame.influence))
+    modes = unknowns[turning]
     contacts = _contacts_turn(uncertain) if beside else 0.0
     far = np.abs(modes - off(uncertain))
     turns, by_contacts = uncertain.turns, contacts * uncertain.turns_contacts
-    sizes = far * turns
-    products = (sizes.sum() ** 2 - np.square(sizes).sum()) / 2
+    sizes, others = far * turns, (far / 2 + near[turning]) * turns  # each pair is counted twice
+    products = sizes.sum() * others.sum() - sizes @ others
     if products + (far * by_contacts).sum() < PRODUCTS:
         return None
     whole = turns * (turns.sum() - turns) + by_contacts

@@ -189,9 +189,10 @@ class StripFrameReader(StripFrames):
     def _frame_search(self) -> StripFrameSearch:
         return StripFrameSearch(self._search, self._hidden)
 
-    def _nearer(self, unknowns: Array) -> StripFrameReader:
-        """What reads with products that are exact near unknowns; itself where they are small."""
-        centre = centre_near(self.uncertain, self.beside, unknowns)
+    def _nearer(self, met: Explanations) -> StripFrameReader:
+        """What reads with products that are exact near the best; itself where they are small."""
+        best = (met.tops or met.rough)[0]
+        centre = centre_near(self.uncertain, self.beside, best.unknowns, met.near(best))
         return self if centre is None else self._about(centre)
 
     def _about(self, centre: Mapping[str, float]) -> StripFrameReader:
@@ -310,7 +311,7 @@ class StripFrameReader(StripFrames):
             return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
         met = self._frame_search.explained(posterior, lines, silent, known=known)
         if moves and met.promising:
-            nearer = self._nearer(met.best[0])
+            nearer = self._nearer(met)
             if nearer is not self:
                 anew = replace(before, unknowns=None)
                 # errors of shape may have another number of modes there
