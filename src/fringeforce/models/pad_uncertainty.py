@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +81,13 @@ class ContactLight(Protocol):
     def matrices(self, x: Array, y: Array, begin: Index, end: Index) -> dict[int, Single]:
         """Retardance of some functions of every tactel, (3, 2, modes, r * c, l) each."""
         ...
+
+
+class Reference(NamedTuple):
+    """What the spread of tractions is relative to: forces, shape (3 n,) [N], and unknowns."""
+
+    forces: Array
+    extra: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,16 +264,24 @@ class PadUncertainty:
         return tuple(group for group in self.groups if group.path in SCALING)
 
     @cached_property
-    def turns(self) -> Array:
-        """Change of the influence over its peak by a deviation of each of `turning`, (d,).
+    def seen_turning(self) -> tuple[Group, ...]:
+        """Unknowns of layers, pitch and camera, which turn the influence that pixels see."""
+        return (*self.turning, *self.camera.registration)
 
-        It is that of the tactel in the corner, which the pitch moves most.
+    @cached_property
+    def turns(self) -> Array:
+        """Change of the influence over its peak by a deviation of each of `seen_turning`, (d,).
+
+        It is that of the tactel in the corner, which pitch and camera move most.
         """
-        push = np.zeros(self.model.influence.shapes[0])
+        push, drawn = np.zeros(self.model.influence.shapes[0]), np.zeros(self.size)
         push[0] = 1.0
-        peak = np.abs(self.model.influence.forward(push)).max()
-        slopes = self.slopes(np.zeros(self.size))
-        return np.array([np.abs(one.forward(push)).max() / peak for _, one in slopes])
+        grid = self.model.influence.forward(push)
+        modes = self.model.retarding.spread(grid)
+        everywhere = (np.arange(count) for count in modes.shape[-2:])
+        moved = [np.abs(one).max() for _, one in self.camera.moved(modes, *everywhere)]
+        turned = [np.abs(one.forward(push)).max() for _, one in self.slopes(drawn)]
+        return np.array([*turned / np.abs(grid).max(), *moved / np.abs(modes).max()])
 
     def share(self, extra: Array) -> float:
         """Optical effect over that of the drawing under unknowns, shape (size,)."""
@@ -346,20 +361,30 @@ class PadUncertainty:
             return []
         return self._again("slopes", extra, lambda: self._slopes_of(extra))
 
-    def by_turning(
-        self, forces: Array, extra: Array, reference: Array | None = None
+    def by_scaling(
+        self, forces: Array, extra: Array, reference: Reference | None = None
     ) -> Iterator[tuple[int, Single]]:
-        """Numbers of the same unknowns, and derivatives of `lit` by them."""
+        """Numbers of unknowns that scale the influence, and derivatives of `lit` by them."""
+        if scaled := self.scaled(extra):
+            lit = self._driven(forces, extra)
+            if reference is None:
+                lit += self._beside(forces, extra)
+            yield from ((number, np.float32(slope) * lit) for number, slope in scaled)
+
+    def by_turning(
+        self, forces: Array, extra: Array, reference: Reference | None = None
+    ) -> Iterator[tuple[int, Single]]:
+        """Numbers of unknowns of layers and pitch, and derivatives of `lit` by them."""
         if not self.turning:
             return
         share, synthesis = np.float32(self.share(extra)), self.mechanics.synthesis
-        contacts, pitch = self._turned_contacts(extra), self.group(PITCH)
-        spread = forces if reference is None else reference
+        contacts = self._turned_contacts(extra) if reference is None else None
+        pitch = self.group(PITCH)
         for number, slope in self.slopes(extra):
             grid = slope.forward(forces)
             if contacts is not None:
-                own = self.deviations(self.shown(spread)).any(axis=0)
-                told = own * self.deviations(extra), spread.reshape(-1, 3)
+                own = self.deviations(self.shown(forces)).any(axis=0)
+                told = own * self.deviations(extra), forces.reshape(-1, 3)
                 if pitch is not None and number == pitch.begin:
                     ends = self._again("ends", extra, lambda: self._contact_ends(extra))
                     behind, ahead = (end.harmonics(*told) for end in ends)
@@ -431,7 +456,9 @@ class PadUncertainty:
         assert group is not None
         return extra[group.place].reshape(-1, int(np.prod(self.model.influence.count)))
 
-    def coefficients(self, forces: Array, extra: Array, reference: Array | None = None) -> Single:
+    def coefficients(
+        self, forces: Array, extra: Array, reference: Reference | None = None
+    ) -> Single:
         """Spline coefficients of the retardance, shape (2, modes, ny, nx) [rad].
 
         Parameters
@@ -440,33 +467,49 @@ class PadUncertainty:
             Forces [N].
         extra : ndarray, shape (size,)
             The unknowns.
-        reference : ndarray, shape (3 n,), optional
-            Forces that the spread of tractions is relative to; the forces themselves if not given.
+        reference : Reference, optional
+            What the spread of tractions is relative to; the forces and unknowns themselves if not
+            given.
         """
         grid = self.lit(forces, extra, reference)
         if group := self.group(RESIDUAL):
             grid += self.residual.coefficients(extra[group.place])
         return grid
 
-    def lit(self, forces: Array, extra: Array, reference: Array | None = None) -> Single:
+    def lit(self, forces: Array, extra: Array, reference: Reference | None = None) -> Single:
         """The same of forces alone."""
-        spread = forces if reference is None else reference
+        grid = self._driven(forces, extra)
+        grid += self._beside(forces, extra, reference)
+        return grid
+
+    def _driven(self, forces: Array, extra: Array) -> Single:
+        """The same of forces whose tractions are as drawn."""
         grid = self.influence(extra).forward(forces)
         for group, powers in self.values:
             for power, change in enumerate(powers, 1):
                 grid += np.float32(extra[group.begin] ** power) * change.forward(forces)
-        contacts = self.contacts_under(extra)
-        if contacts is not None:
-            own = self.deviations(self.shown(spread)).any(axis=0)
-            light = contacts.forward(own * self.deviations(extra), spread.reshape(-1, 3))
-            grid += np.float32(self.share(extra)) * light
         return grid
 
+    def _beside(
+        self, forces: Array, extra: Array, reference: Reference | None = None
+    ) -> Single | float:
+        """What their tractions add that are not as drawn."""
+        about = reference or Reference(forces, extra)
+        contacts = self.contacts_under(about.extra)
+        if contacts is None:
+            return 0.0
+        own = self.deviations(self.shown(about.forces)).any(axis=0)
+        light = contacts.forward(own * self.deviations(extra), about.forces.reshape(-1, 3))
+        return np.float32(self.share(about.extra)) * light
+
     def coefficients_adjoint(
-        self, forces: Array, extra: Array, grid: Single, reference: Array | None = None
+        self, forces: Array, extra: Array, grid: Single, reference: Reference | None = None
     ) -> tuple[Array, Array]:
         """Derivatives by forces (3 n,) and unknowns (size,) from that by spline coefficients."""
-        by_forces, share = self.influence(extra).adjoint(grid), self.share(extra)
+        by_forces, about = (
+            self.influence(extra).adjoint(grid),
+            reference or Reference(forces, extra),
+        )
         by_extra, pulled = np.zeros(self.size), float(by_forces @ forces)
         for group, powers in self.values:
             unknown = float(extra[group.begin])
@@ -476,15 +519,14 @@ class PadUncertainty:
                 by_extra[group.begin] += power * unknown ** (power - 1) * float(back @ forces)
         for number, own in self.by_turning(forces, extra, reference):
             by_extra[number] = np.vdot(own, grid)
-        loads = (forces if reference is None else reference).reshape(-1, 3)
-        contacts = self.contacts_under(extra)
+        loads, contacts = about.forces.reshape(-1, 3), self.contacts_under(about.extra)
         if contacts is not None:
-            own = self.deviations(self.shown(loads)).any(axis=0)
-            back = share * contacts.adjoint(grid, np.flatnonzero(own))
+            own = self.deviations(self.shown(about.forces)).any(axis=0)
+            back = self.share(about.extra) * contacts.adjoint(grid, np.flatnonzero(own))
             self.deviations(by_extra)[:, own] = np.einsum("tlc,lc->tl", back, loads[own])
-            spread = np.einsum("tlc,tl->lc", back, self.deviations(extra)[:, own])
-            pulled += float(np.vdot(spread, loads[own]))
             if reference is None:
+                spread = np.einsum("tlc,tl->lc", back, self.deviations(extra)[:, own])
+                pulled += float(np.vdot(spread, loads[own]))
                 by_forces.reshape(-1, 3)[own] += spread
         for number, slope in self.scaled(extra):
             by_extra[number] = slope * pulled

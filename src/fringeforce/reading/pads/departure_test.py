@@ -31,7 +31,7 @@ from fringeforce.reading.departure_test import plain
 from fringeforce.reading.findings import Sized, sentence
 from fringeforce.reading.pads.departure_record import DepartureRecord, FullTest
 from fringeforce.reading.pads.fit import Fit, Optimum
-from fringeforce.reading.pads.light import FrameLight
+from fringeforce.reading.pads.light import FrameLight, Place
 from fringeforce.reading.pads.skin_fit import SkinFit, SkinOptimum
 
 OPTICS = "camera.", "polariscope."
@@ -220,13 +220,15 @@ class SquaresDepartureTest(DepartureTest):
     def _numbers(self) -> Index:
         return _numbers(self._known, self._optics)
 
-    def _layers(self, forces: Array) -> list[Single]:
+    def _layers(self, fit: Fit, place: Place) -> list[Single]:
         """Derivatives of the retardance of the modes by layers, (2, modes, rows, columns) each."""
+        known = fit.uncertain
+        retarding = self._model.retarding if known is None else known.retarding(place.extra)
         changes = [
             self._mechanics.changes(one.path, one.deviation * one.unit)[0]
             for one in self.tested[len(self._optics) :]
         ]
-        return [self._model.retarding.spread(one.forward(forces)) for one in changes]
+        return [retarding.spread(one.forward(place.forces)) for one in changes]
 
     def shown(
         self,
@@ -309,7 +311,7 @@ class SquaresDepartureTest(DepartureTest):
         """What the frame tells of each that is tested, by itself, beside forces and tolerances."""
         known, sampling, place, numbers = self._known, fit.sampling, one.place, self._numbers
         here = replace(place, extra=self._begun)
-        layers = self._layers(place.forces)
+        layers = self._layers(fit, place)
         pulls, by_modes = self._back(fit, one, layers)
         rows, columns = sampling.rows, sampling.columns
         few = [image[..., rows[:, None], columns] for image in layers]

@@ -21,7 +21,7 @@ from fringeforce.estimation.levenberg_marquardt import MOST_STEPS, Curvature
 from fringeforce.models.as_built import PLACEMENT, RESIDUAL, SIZE
 from fringeforce.models.pad_departures import PadDeparture, departing, pad_departures
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
-from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty, Reference
 from fringeforce.reading.findings import (
     FOLLOWED,
     HOPELESS,
@@ -324,10 +324,11 @@ class PadSquaresDiagnosis(PadDiagnosis):
         known = sampling.uncertain
         assert known is not None
         # tractions are spread as forces of the reading let expect, which need not be found again
+        about = Reference(start, begun(known, departures))
         fit = Fit(
-            known.model, self.frames.response, sampling, grey, classifier.used, reference=start
+            known.model, self.frames.response, sampling, grey, classifier.used, reference=about
         )
-        here = fit.at(start, begun(known, departures))
+        here = fit.at(*about)
         return self._candidate(departures, known, fit, fit.climb(here, FIRST_STEPS))
 
     def _candidate(

@@ -26,7 +26,7 @@ from fringeforce.estimation.levenberg_marquardt import (
 )
 from fringeforce.estimation.likelihood import Misfit, Response
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty, Reference
 from fringeforce.reading.pads.light import (
     Curve,
     FrameLight,
@@ -122,9 +122,9 @@ class Fit:
         Pixels that count; all if not given.
     prior : Prior, optional
         Of the unknowns of tolerances; as stated if not given.
-    reference : ndarray, shape (3 n,), optional
-        Forces that the spread of tractions is relative to; those that are fitted if not given,
-        which makes large ones likelier, for their tractions need less of a spread.
+    reference : Reference, optional
+        What the spread of tractions is relative to; what is fitted if not given, which makes large
+        forces likelier, for their tractions need less of a spread.
     still : ndarray, optional
         Spline coefficients of the retardance without forces, where nothing is uncertain [rad].
     curve : Curve, optional
@@ -137,7 +137,7 @@ class Fit:
     frame: Array
     used: Mask | None = None
     prior: Prior | None = None
-    reference: Array | None = None
+    reference: Reference | None = None
     still: Single | None = None
     curve: Curve | None = None
 
@@ -322,17 +322,17 @@ class Fit:
 
     def _settled(self, here: Place, steps: int) -> Optimum:
         """Climb with tractions whose spread is relative to forces that are found then."""
-        reference, extra, last = here.forces, here.extra, np.inf
+        reference, last = Reference(here.forces, here.extra), np.inf
         for _ in range(SPREAD_CLIMBS):
             fit = replace(self, reference=reference)
-            found = fit.climb(fit.at(reference, extra), steps)
-            moved = found.forces - reference
+            found = fit.climb(fit.at(*reference), steps)
+            moved = found.forces - reference.forces
             known = marginal_information(found.curvature.information, len(moved))
             if moved @ known @ moved < SETTLED**2 * len(moved):
                 return found
             if found.loss > HOPELESS * max(len(self.frame), last / 2):
                 break
-            reference, extra, last = found.forces, found.extra, found.loss
+            reference, last = Reference(found.forces, found.extra), found.loss
         return replace(found, settled=False)
 
     def silence(self) -> float:

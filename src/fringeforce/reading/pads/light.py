@@ -18,7 +18,7 @@ from fringeforce.estimation.covariance import marginal_information
 from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Misfit, Response, misfit
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty, Reference
 from fringeforce.models.pad_unknowns import BLUR, GAMMA, UNEVEN
 from fringeforce.optics.area_camera import Lens, Picture
 from fringeforce.optics.camera import decoded, encoded, encoded_slope
@@ -253,16 +253,16 @@ class Place(Start, Shone):
 
     Attributes
     ----------
-    reference : ndarray, shape (3 n,), optional
-        Forces that the spread of tractions is relative to, if not these.
+    reference : Reference, optional
+        What the spread of tractions is relative to, if not these.
     """
 
-    reference: Array | None = None
+    reference: Reference | None = None
 
     @property
-    def spread(self) -> Array:
-        """Forces that the spread of tractions is relative to, shape (3 n,) [N]."""
-        return self.forces if self.reference is None else self.reference
+    def about(self) -> Reference:
+        """What the spread of tractions is relative to."""
+        return self.reference or Reference(self.forces, self.extra)
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,12 +41,14 @@ AT_ONCE = 256
 
 @dataclass(frozen=True, eq=False)
 class Centre:
-    """Matrices of a pad whose layers and pitch are off, of the effect as drawn.
+    """Matrices of a pad whose layers, pitch and camera are off, of the effect as drawn.
 
     Attributes
     ----------
     at : ndarray, shape (d,)
         How many deviations.
+    places : (ndarray, ndarray)
+        Where columns and rows of the lattice look [m].
     extra : ndarray, shape (q,)
         All unknowns, of which others do not count.
     influence : ndarray, shape (2, modes, r * c, 3 n)
@@ -56,6 +58,7 @@ class Centre:
     """
 
     at: Array
+    places: tuple[Array, Array]
     extra: Array
     influence: Single
     contacts: dict[int, Single] = field(default_factory=dict)
@@ -118,7 +121,7 @@ class Sampling(Lattice):
             Which unknowns it holds.
         """
         assert self.uncertain is not None
-        shown, influence = self.uncertain.shown(state.spread), self._under(state)
+        shown, influence = self.uncertain.shown(state.about.forces), self._under(state)
         _, pixels, loads = influence.shape
         total = np.zeros((loads + int(shown.sum()),) * 2)
         for k in range(len(state.lights)):
@@ -137,7 +140,7 @@ class Sampling(Lattice):
     def others_information(self, state: Place, used: Mask | None = None) -> tuple[Array, Mask]:
         """The same by the unknowns of tolerances alone, shape (q, q)."""
         assert self.uncertain is not None
-        shown = self.uncertain.shown(state.spread)
+        shown = self.uncertain.shown(state.about.forces)
         total = np.zeros((int(shown.sum()),) * 2)
         for k in range(len(state.lights)):
             other = self._others(state, k, shown, self._squares(state, k, used))
@@ -167,7 +170,7 @@ class Sampling(Lattice):
             The same of products of derivatives by others.
         """
         known, influence = self.uncertain, self._under(state)
-        shown = np.zeros(0, dtype=bool) if known is None else known.shown(state.spread)
+        shown = np.zeros(0, dtype=bool) if known is None else known.shown(state.about.forces)
         _, pixels, loads = influence.shape
         across, own = 0.0, 0.0
         for k in range(len(state.lights)):
@@ -235,17 +238,21 @@ class Sampling(Lattice):
         return found.reshape(flat)
 
     def _near(self, extra: Array) -> Centre:
-        """Matrices of layers and pitch as they are under unknowns, or nearly so."""
+        """Matrices of layers, pitch and camera as they are under unknowns, or nearly so."""
         known = self.uncertain
         assert known is not None
-        at = np.array([extra[group.begin] for group in known.turning])
+        at = np.array([extra[group.begin] for group in known.seen_turning])
         for centre in self._centres:
             if not len(at) or np.abs(at - centre.at) @ known.turns < NEAR:
                 return centre
-        turned = self.influence
+        places, turned = self.places, self.influence
+        if known.camera.moves(extra):
+            x, y = known.camera.looking(extra).pixel_positions
+            places = x[self.columns], y[self.rows]
+            turned = known.model.influence.matrix(*places)
         for one in known.influence(extra).added:
-            turned = turned + one.matrix(*self.places)
-        centre = Centre(at, extra.copy(), turned)
+            turned = turned + one.matrix(*places)
+        centre = Centre(at, places, extra.copy(), turned)
         self._centres[1:] = [centre]
         return centre
 
@@ -254,7 +261,8 @@ class Sampling(Lattice):
         """That of the drawing, and the last other one."""
         known = self.uncertain
         assert known is not None
-        return [Centre(np.zeros(len(known.turning)), np.zeros(known.size), self.influence)]
+        drawn = np.zeros(len(known.seen_turning)), self.places, np.zeros(known.size)
+        return [Centre(*drawn, self.influence)]
 
     @cached_property
     def _values(self) -> dict[str, list[Single]]:
@@ -308,14 +316,12 @@ class Sampling(Lattice):
 
         The derivatives are those of the modes at the lattice, shape (2 modes, r * c) [rad].
         """
-        known, (x, y) = self.uncertain, self.places
+        known = self.uncertain
         assert known is not None
-        base = known.model.influence
+        (x, y), base = self._near(state.extra).places, known.model.influence
         columns, rows = splines.basis(base.x, x), splines.basis(base.y, y)
         grids = list(known.by_turning(state.forces, state.extra, state.reference))
-        if scaled := known.scaled(state.extra):
-            lit = known.lit(state.forces, state.extra, state.reference)
-            grids += [(number, np.float32(slope) * lit) for number, slope in scaled]
+        grids += known.by_scaling(state.forces, state.extra, state.reference)
         for number, grid in grids:
             image = np.asarray(rows @ grid @ columns.T, dtype=np.float32)
             yield number, image.reshape(-1, len(self.pixels))
@@ -336,13 +342,14 @@ class Sampling(Lattice):
 
         The derivatives are those of the modes at the lattice, shape (2, modes, r * c, l) [rad].
         """
-        known, forces = self.uncertain, state.spread.reshape(-1, 3).astype(np.float32)
+        known, about = self.uncertain, state.about
         assert known is not None
+        forces = about.forces.reshape(-1, 3).astype(np.float32)
         counts = known.deviations(shown).sum(axis=0)  # the strongest ones
         numbers = known.deviations(np.arange(known.size))
         # every tactel's would be written apart, and all at once would be large
-        share = np.float32(known.share(state.extra))
-        contacts, own, size = self._contacts(self._near(state.extra), counts), list[int](), 0
+        share = np.float32(known.share(about.extra))
+        contacts, own, size = self._contacts(self._near(about.extra), counts), list[int](), 0
         for tactel in contacts:
             own.append(tactel)
             size += int(counts[tactel])
@@ -358,7 +365,7 @@ class Sampling(Lattice):
         Parameters
         ----------
         centre : Centre
-            Of layers and pitch.
+            Of layers, pitch and camera.
         counts : ndarray of int, shape (n,)
             How many functions of every tactel.
         """
@@ -369,7 +376,7 @@ class Sampling(Lattice):
         begin = np.zeros_like(counts)
         for tactel, parts in known.items():
             begin[tactel] = parts.shape[-1]
-        added = light.matrices(*self.places, begin, counts)
+        added = light.matrices(*centre.places, begin, counts)
         for tactel, parts in added.items():
             if tactel in known:
                 parts = np.concatenate([known[tactel], parts], axis=-1)

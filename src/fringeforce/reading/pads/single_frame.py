@@ -15,7 +15,7 @@ from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_departures import PadDeparture
 from fringeforce.models.pad_series import PadSeries
-from fringeforce.models.pad_uncertainty import PadUncertainty, uncertain
+from fringeforce.models.pad_uncertainty import PadUncertainty, Reference, uncertain
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SquaresDepartureTest
@@ -170,7 +170,7 @@ class PadFrameReader(PadFrames):
             fit = replace(self._fit(grey, self.stepping, classifier), prior=known.prior)
             if self.uncertain is not None:
                 # tractions are spread as forces of the last frame let expect
-                fit = replace(fit, reference=start.forces)
+                fit = replace(fit, reference=Reference(start.forces, start.extra))
                 start = fit.at(start.forces, start.extra)
             optimum = fit.climb(start, FOLLOWING_STEPS, known.curvature)
             if classifier.explained(optimum):

@@ -87,11 +87,11 @@ class TractionTest:
         known, place = fit.uncertain, one.place
         if known is None or known.contacts is None:
             return np.zeros(0, dtype=np.intp)
-        reference, tactels, numbers = self._pressed(known, one, curvature)
-        forces = reference.reshape(-1, 3)
+        tactels, numbers = self._pressed(known, one, curvature)
+        forces = place.about.forces.reshape(-1, 3)
         light = FrameLight(fit.model, fit.response, fit.frame, fit.used, known)
         by_modes, by_light = light.back(place, one.misfit.slope)
-        gradient = replace(fit, reference=reference).gathered(place, by_modes, by_light)
+        gradient = replace(fit, reference=place.about).gathered(place, by_modes, by_light)
         fitted = curvature.kept(gradient), curvature.information
         grid = known.retarding(place.extra).gather(by_modes)
         limit = FALSE_ALARM / max(len(tactels), 1)
@@ -104,23 +104,22 @@ class TractionTest:
             across, information = fit.across(place, self._changes(fit, tactel, apart))
             score = Score.beside(fitted, curvature.kept(across), (pull, information))
             first, count = score.each()
-            second, more = _unlikely(one.extra[own], curvature, len(reference) + own)
+            second, more = _unlikely(one.extra[own], curvature, forces.size + own)
             if first + second > square_limit(count + more, limit):
                 found.append(tactel)
         return np.array(found, dtype=np.intp)
 
     def _pressed(
         self, known: PadUncertainty, one: Optimum, curvature: Curvature
-    ) -> tuple[Array, Index, list[Index]]:
-        """Forces that spread is relative to, tactels that are pressed, and unknowns of each."""
-        place = one.place
-        reference = place.spread
-        strength = np.sqrt(np.square(reference.reshape(-1, 3)).sum(axis=1))
-        held = known.deviations(curvature.holds(len(reference) + np.arange(known.size)))
+    ) -> tuple[Index, list[Index]]:
+        """Tactels that are pressed, and unknowns of each."""
+        forces = one.place.about.forces
+        strength = np.sqrt(np.square(forces.reshape(-1, 3)).sum(axis=1))
+        held = known.deviations(curvature.holds(len(forces) + np.arange(known.size)))
         pressed = held.any(axis=0) & (strength > PRESSED * strength.max(initial=0.0))
         tactels = np.flatnonzero(pressed)
         numbers = known.deviations(np.arange(known.size))
-        return reference, tactels, [numbers[held[:, k], k] for k in tactels]
+        return tactels, [numbers[held[:, k], k] for k in tactels]
 
     def finding(self, tactels: Index) -> str:
         """What is said of tactels."""
