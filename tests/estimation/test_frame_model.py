@@ -13,11 +13,13 @@ from fringeforce.estimation.frame_exposure import (
     kernel_of,
     node_columns,
     node_phase,
+    positive,
 )
 from fringeforce.estimation.frame_information import information
 from fringeforce.estimation.frame_loss import Prior
 from fringeforce.estimation.frame_model import (
     FrameModel,
+    turned_moments,
 )
 from fringeforce.estimation.linearised_frame import linearise
 from fringeforce.models.uncertainty import uncertainty
@@ -34,7 +36,12 @@ KERNEL = kernel_of.py_func
     scope="module",
     params=[
         {},
-        {"camera.response": "0.45", "camera.drift": "1 %", "camera.shift": "0 +/- 50 um"},
+        {
+            "camera.response": "0.45",
+            "camera.drift": "1 %",
+            "camera.shift": "0 +/- 50 um",
+            "transducer.photoelastic.strain_optic_coefficient": "0.05 +/- 3 %",
+        },
         {
             **COLOURS,
             "camera.response": "0.45",
@@ -42,7 +49,7 @@ KERNEL = kernel_of.py_func
             "camera.pixels": 512,
         },
     ],
-    ids=["linear", "gamma, drift and shift", "colours with cross-talk"],
+    ids=["linear", "gamma, drift, shift and effect", "colours with cross-talk"],
 )
 def strip(request: pytest.FixtureRequest, sensor: ff.Sensor) -> FrameModel:
     return uncertainty(ff.characterize(sensor.replace(**TOLERANCES, **request.param))).frame
@@ -75,6 +82,23 @@ def test_columns_are_the_derivatives_of_the_phase(strip: FrameModel) -> None:
     np.testing.assert_allclose(
         node_columns(strip, unknowns), turned, atol=1e-7 * np.abs(turned).max()
     )
+
+
+def test_moments_of_contacts_under_modes_give_the_phase(strip: FrameModel) -> None:
+    """Those of uniform pressures, by integrals of their powers, where modes are off."""
+    unknowns, at = some_unknowns(strip), strip.at
+    unknowns[at.fields : at.modes] = 0
+    modes = unknowns[at.modes : at.modes + len(strip.influence)]
+    moments, _ = turned_moments(strip, modes)
+    places = strip.place * unknowns[at.place : at.width] / strip.reach
+    drawn = strip.width + strip.width_std * unknowns[at.width : at.fields]
+    wide = np.array([positive(width, strip.narrow)[0] for width in drawn])
+    half, k = wide / (2 * strip.reach), np.arange(moments.shape[2])[:, None]
+    powers = ((places + half) ** (k + 1) - (places - half) ** (k + 1)) / (2 * (k + 1) * half)
+    forces = unknowns[: at.loads].reshape(-1, 2)
+    expected = strip.fixed + np.einsum("nc,kn,nckm->m", forces, powers, moments)
+    found = node_phase(strip, unknowns)
+    np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(found).max())
 
 
 def test_a_spread_wider_than_the_line_makes_it_even_and_ends(strip: FrameModel) -> None:

@@ -174,6 +174,49 @@ def test_built_pads_are_read_within_what_their_readings_state(roller: PadModel, 
     assert refused >= 3
 
 
+def pressed_all_over(model: PadModel, rng: np.random.Generator) -> Array:
+    """Forces with some shear on every other tactel."""
+    forces = np.zeros((model.sensor.tactels.total, 3))
+    chosen = rng.choice(len(forces), len(forces) // 2, replace=False)
+    forces[chosen, 0] = rng.uniform(0, 1, len(chosen))
+    forces[chosen, 1:] = forces[chosen, :1] * rng.uniform(-0.3, 0.3, (len(chosen), 2))
+    return forces
+
+
+def test_a_camera_far_from_where_it_is_drawn_is_no_other_departure(roller: PadModel) -> None:
+    """It looks three deviations beside; its frames are those of a pad drawn so."""
+    stated = {"camera.shift_x": "0 +/- 0.1 mm", "camera.shift_y": "0 +/- 0.1 mm"}
+    reader = ff.Reader(loosened(roller, **stated))
+    built = loosened(roller, **{"camera.shift_x": "0.3 mm", "camera.shift_y": "-0.3 mm"})
+    rng, distances = np.random.default_rng(0), []
+    for _ in range(6):
+        forces = pressed_all_over(roller, rng)
+        reading = reader.search(built.expose(forces, rng))
+        assert reading.ok
+        apart = (reading.forces - forces).ravel()
+        distances.append(apart @ np.linalg.solve(reading.covariance, apart))
+    low, high = stats.chi2(6 * 60).ppf([RARE, 1 - RARE])
+    assert low < np.sum(distances) < high
+
+
+def test_contacts_beside_tactels_do_not_tell_the_scale_of_the_light(roller: PadModel) -> None:
+    """Fewer forces under a stronger effect look alike, wherever they act."""
+    effect = "transducer.photoelastic.strain_optic_coefficient"
+    model = loosened(roller, **{effect: "0.05 +/- 3 %", "tactels.placement": "0 +/- 0.1 mm"})
+    reader, rng, distances = ff.Reader(model), np.random.default_rng(0), []
+    for _ in range(4):
+        forces = pressed_all_over(roller, rng)
+        reading = reader.search(model.as_built(rng).expose(forces, rng))
+        assert reading.ok
+        every, covariance = reading.forces.ravel(), reading.covariance
+        along = float(np.sqrt(every @ covariance @ every) / (every @ every))
+        assert 0.98 * 0.03 < along < 1.1 * 0.03
+        apart = every - forces.ravel()
+        distances.append(apart @ np.linalg.solve(covariance, apart))
+    low, high = stats.chi2(4 * 60).ppf([RARE, 1 - RARE])
+    assert low < np.sum(distances) < high
+
+
 def test_a_camera_that_is_not_linear_is_read_by_its_gamma(roller: PadModel) -> None:
     """By a gamma that is exact, too, for which nothing is estimated."""
     bent, rng, squares = loosened(roller, **{"camera.gamma": 1.3}), np.random.default_rng(9), []
