@@ -89,7 +89,7 @@ class FrameModels:
             influence=np.zeros((0, 1, len(chosen), 2, template.fixed.size)),
             moving=np.zeros((0, len(chosen))),
             origin=np.zeros(0),
-            drawn=np.ones(1),
+            drawn=np.zeros(0),
             scaling=np.zeros(0),
             bias=template.bias + bench.turned[f],
             variance=template.variance * self.heat / averaged,

@@ -78,7 +78,8 @@ def contact_moments(model, unknowns, moments):
     """
     at, order = model.at, model.mixing.shape[1]
     own, one, other = np.empty(order), np.empty(order), np.empty(order)
-    placed, wider, scale = at.width > at.place, at.fields > at.width, 1.0
+    placed, wider = at.width > at.place, at.fields > at.width
+    scaled, scale = len(model.scaling) > 0, 1.0
     for d in range(len(model.scaling)):
         scale += model.scaling[d] * (unknowns[at.modes + d] - model.origin[d])
     for j in range(len(moments)):
@@ -105,7 +106,8 @@ def contact_moments(model, unknowns, moments):
                 a += share * own[i]
                 b += share * one[i]
                 c += share * other[i]
-                drawn += share * model.drawn[i]
+            for i in range(order if scaled else 0):
+                drawn += model.mixing[k, i] * model.drawn[i]
             moments[j, 0, k] = drawn + scale * (a - drawn)
             moments[j, 1, k], moments[j, 2, k] = scale * along * b, scale * across * c
             moments[j, 3, k] = a - drawn

@@ -78,8 +78,8 @@ class FrameModel(NamedTuple):
         [m]; without rows where none does.
     origin : ndarray, shape (d,), or (0,)
         Values of these modes at which the contacts are seen at their tactels.
-    drawn : ndarray, shape (K,)
-        Moments of the traction of a contact as drawn.
+    drawn : ndarray, shape (K,), or (0,)
+        Moments of the traction of a contact as drawn, for the next.
     scaling : ndarray, shape (d,), or (0,)
         Relative change, by a deviation of each of these modes from its origin, of what contacts add
         to the phase that are not as drawn.

@@ -105,6 +105,7 @@ def _sizes(model: FrameModel) -> Array:
         place=contacts_scatter(model.place, model.moving),
         moving=model.moving[:0],
         origin=model.origin[:0],
+        drawn=model.drawn[:0],
         scaling=model.scaling[:0],
         at=at._replace(place=0, width=1, fields=1 + (at.fields > at.width)),
     )
@@ -128,6 +129,7 @@ def by_coordinates(model: FrameModel, basis: Array) -> FrameModel:
         influence=np.empty((0, 1, 0, 2, nodes)),
         moving=np.empty((0, 0)),
         origin=np.empty(0),
+        drawn=np.empty(0),
         scaling=np.empty(0),
         curvature=np.empty((0, 0, nodes)),
         fields=np.concatenate([basis, model.fields]),

@@ -297,7 +297,7 @@ class SkinModel:
             influence=influence,
             moving=np.empty((0, len(moments))),
             origin=np.empty(0),
-            drawn=np.ones(1),
+            drawn=np.empty(0),
             scaling=np.empty(0),
             at=Layout(*(begin + more for begin in base.at)),
         )

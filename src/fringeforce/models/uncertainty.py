@@ -199,6 +199,7 @@ def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncerta
     moving = moving.reshape(-1, sensor.tactels.count)[: len(turning) if lines.moving else 0]
     scaling = np.array([_scaling(mode.influence[0], psi) for mode in turning])
     scaling = scaling if PLACEMENT in std or WIDTH in std else scaling[:0]
+    as_drawn = lines.nominal if len(scaling) else np.empty(0)
     origin = np.array([centre.get(mode.name, 0.0) for mode in turning])
     light, camera = sensor.polariscope, sensor.camera
     fixed = np.full(nodes, light.residual)
@@ -274,7 +275,7 @@ def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncerta
         profile=EVEN,
         moving=moving,
         origin=origin,
-        drawn=lines.nominal,
+        drawn=as_drawn,
         scaling=scaling,
         fields=np.ascontiguousarray(fields),
         fixed=fixed,

@@ -24,7 +24,7 @@ from fringeforce.estimation.residual_test import square_limit
 from fringeforce.estimation.shared_fit import Eliminated, FrameTerms
 from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_skin import SIZE_OF
-from fringeforce.models.pad_uncertainty import PadUncertainty
+from fringeforce.models.pad_uncertainty import PadUncertainty, Reference
 from fringeforce.reading.pads.fit import Fit
 from fringeforce.reading.pads.light import Prior
 from fringeforce.reading.pads.pad_frames import PadFrames
@@ -260,7 +260,8 @@ class TactelBench(DriftBench):
             forces, extra = optimum.forces, optimum.extra
         used = None if self.used.all() else self.used
         unsure, grey, response = self.unsure, self.levels[f], self.reader.response
-        fit = Fit(unsure.model, response, self._sampling, grey, used, self.own_prior, forces)
+        about = Reference(forces, extra)
+        fit = Fit(unsure.model, response, self._sampling, grey, used, self.own_prior, about)
         return DriftFrame(self, fit, np.concatenate([forces, extra]), fine)
 
 
