@@ -23,6 +23,7 @@ from fringeforce.estimation.residual_test import FALSE_VERDICT, GROUP, square_li
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.posterior_search import BINS
 from fringeforce.reading.strip_frames import HOPELESS_LOSS, MISSED
+from fringeforce.reading.tactel_aliases import TactelAlias
 
 Array = NDArray[np.float64]
 
@@ -258,13 +259,17 @@ def alike_within(phase: Array) -> float:
     return min(SAME_PHASE, FAINT_SHARE * float(np.abs(phase).max()))
 
 
-def one_reading(one: Weighed, best: Weighed, hidden: float) -> bool:
+def one_reading(
+    one: Weighed, best: Weighed, hidden: float, alias: TactelAlias | None = None
+) -> bool:
     """Whether two explanations are one reading: of one phase, or no farther apart than deviations.
 
-    Phases are one where noise hides their difference.  The deviations are those that are stated, of
-    both as a mixture: their loads differ by one of them root mean square at most, and the mixture
-    has at most twice the variance of the best alone.
+    Phases are one where noise hides their difference, unless they are of other tactels.  The
+    deviations are those that are stated, of both as a mixture: their loads differ by one of them
+    root mean square at most, and the mixture has at most twice the variance of the best alone.
     """
+    if alias is not None and alias.between(one.top.unknowns, best.top.unknowns):
+        return False
     if np.abs(one.phase - best.phase).max() < min(alike_within(best.phase), hidden):
         return True
     count = len(best.covariance)

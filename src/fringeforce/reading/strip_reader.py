@@ -37,6 +37,7 @@ from fringeforce.estimation.posterior import (
 )
 from fringeforce.estimation.residual_test import FALSE_ALARM, FALSE_VERDICT, square_limit
 from fringeforce.estimation.uncertain_contacts import profile_basis
+from fringeforce.models.line_moments import REGISTRATION
 from fringeforce.reading.calibration_uncertainty import CalibrationUncertainty
 from fringeforce.reading.contact_prior import (
     FRICTION,
@@ -73,6 +74,7 @@ from fringeforce.reading.strip_frames import (
     doubted,
 )
 from fringeforce.reading.strip_search import IMAGES, StripFrameSearch, friction_is_idle, is_faint
+from fringeforce.reading.tactel_aliases import TactelAlias
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -187,7 +189,17 @@ class StripFrameReader(StripFrames):
 
     @cached_property
     def _frame_search(self) -> StripFrameSearch:
-        return StripFrameSearch(self._search, self._hidden)
+        return StripFrameSearch(self._search, self._hidden, self._alias)
+
+    @cached_property
+    def _alias(self) -> TactelAlias | None:
+        """Other tactels that look alike, if the camera may be shifted."""
+        sensor, modes = self.model.sensor, self.uncertain.modes
+        shift = [number for number, mode in enumerate(modes) if mode.name == REGISTRATION[0]]
+        if not shift:
+            return None
+        pitch = sensor.tactels.pitch / sensor.tolerances[REGISTRATION[0]]
+        return TactelAlias(self.uncertain.frame.at.modes + shift[0], pitch, (sensor.tactels.count,))
 
     def _nearer(self, met: Explanations) -> StripFrameReader:
         """What reads with products that are exact near the best; itself where they are small."""
@@ -538,7 +550,7 @@ class StripFrameReader(StripFrames):
             met, weighed = self._freed(met, weighed)
         posterior = met.posterior
         best, count = weighed[0], posterior.model.at.loads
-        same = [one_reading(one, best, self.hidden) for one in weighed]
+        same = [one_reading(one, best, self.hidden, self._alias) for one in weighed]
         own = [one for one, is_same in zip(weighed, same, strict=True) if is_same]
         near = [one.top for one in own]
         weights = np.array([one.weight for one in own])

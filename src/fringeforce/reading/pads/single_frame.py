@@ -16,6 +16,7 @@ from fringeforce.models.pad import PadModel
 from fringeforce.models.pad_departures import PadDeparture
 from fringeforce.models.pad_series import PadSeries
 from fringeforce.models.pad_uncertainty import PadUncertainty, Reference, uncertain
+from fringeforce.models.pad_unknowns import REGISTRATION
 from fringeforce.reading.frame_reader import FOLLOWING_STEPS
 from fringeforce.reading.pads.departure_record import DepartureRecord
 from fringeforce.reading.pads.departure_test import SquaresDepartureTest
@@ -28,6 +29,7 @@ from fringeforce.reading.pads.search import Search
 from fringeforce.reading.pads.traction_test import TractionTest
 from fringeforce.reading.pads.verdict import FrameClassifier
 from fringeforce.reading.reading import Reading
+from fringeforce.reading.tactel_aliases import TactelAlias
 
 DEPTH = 4
 """Times that mirror images are tried, each time of what is likelier than all before."""
@@ -293,7 +295,30 @@ class PadFrameReader(PadFrames):
             optima.sort(key=lambda optimum: optimum.misfit.loss)
         if classifier.explained(optima[0]):
             optima = self._with_images(fit, classifier, optima)
+            optima += self._on_other_tactels(fit, optima[0])
+            optima.sort(key=lambda optimum: optimum.misfit.loss)
         return optima, sure
+
+    @cached_property
+    def _aliases(self) -> tuple[TactelAlias, ...]:
+        """Other tactels that look alike, along each axis along which the camera may be shifted."""
+        known, tactels = self.uncertain, self.model.sensor.tactels
+        groups = [] if known is None else [known.group(path) for path in REGISTRATION[:2]]
+        return tuple(
+            TactelAlias(group.begin, tactels.pitch / group.std, tactels.count, axis)
+            for axis, group in enumerate(groups)
+            if group is not None
+        )
+
+    def _on_other_tactels(self, fit: Fit, likeliest: Optimum) -> list[Optimum]:
+        """Where an explanation leads on other tactels, under a camera that is shifted as much."""
+        if self.uncertain is None:
+            return []
+        known = fit.prior or Prior.stated(self.uncertain)
+        starts = [(likeliest.forces, likeliest.extra)]
+        for alias in self._aliases:
+            starts += [image for one in starts for image in alias.images(*one, known.loss)]
+        return [fit.climb(fit.at(*start)) for start in starts[1:]]
 
     def _climbed(self, fit: Fit, forces: Array) -> Optimum:
         """Where forces of a search lead."""
