@@ -9,7 +9,6 @@ from fringeforce.reading.tactel_aliases import TactelAlias
 
 Array = np.ndarray
 PITCH = 1e-3
-TOLERANCE = 0.3e-3
 
 
 @pytest.fixture(scope="module")
@@ -44,10 +43,7 @@ def test_a_contact_half_way_between_tactels_may_be_on_either(
     assert found == {5, other}
     for one in both:
         assert one[:, 0].max() == pytest.approx(1.0, abs=0.05)
-    # by the prior alone, for the frames are alike but for the ends of the strip
-    near, far = (np.exp(-(((abs(shift) - at) / TOLERANCE) ** 2) / 2) for at in (0, PITCH))
-    own = near / (near + far)
-    assert reading.probability == pytest.approx(max(own, 1 - own), abs=0.25)
+    assert 0.4 < reading.probability < 0.95  # 0.64 by the prior; ends of the strip tell little
 
 
 def test_contacts_up_to_the_ends_tell_where_the_camera_looks(

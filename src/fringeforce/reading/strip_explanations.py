@@ -71,11 +71,13 @@ class Explanations:
     """Explanations of one frame that were met, the best first.
 
     `rough` are those of the frame in bins; `explained` is whether any of them explains it.
+    `elsewhere` are others of weight, with posteriors that are exact where they are.
     """
 
     def __init__(self, posterior: Posterior, tops: list[Top] | None = None) -> None:
         self.posterior, self.rough, self.explained = posterior, list[Top](), False
         self.tops = sorted(tops or [], key=lambda one: one.loss)
+        self.elsewhere = list[tuple[Posterior, Top]]()
         self._chances = dict[int, float]()
         self._nears, self._settled = dict[int, Array](), list[Top]()
 
@@ -178,13 +180,14 @@ class Explanations:
             about = posterior.linearised(top)
             if not any(_same(top, other, about) for other, _ in found):
                 found.append((top, about))
-        masses = np.zeros(1)
-        if len(found) > 1:
-            masses = np.array([posterior.mass(top) for top, _ in found])
-            masses -= told_before(posterior, [top for top, _ in found], earlier) / 2
+        each, masses = [(posterior, top) for top, _ in found] + self.elsewhere, np.zeros(1)
+        if len(each) > 1:
+            masses = np.array([own.mass(top) for own, top in each])
+            own = slice(len(found))
+            masses[own] -= told_before(posterior, [top for top, _ in found], earlier) / 2
         weighed = [
-            Weighed(top, posterior.covariance(top), posterior.phase(top), float(share))
-            for (top, _), share in zip(found, posterior_weights(masses), strict=True)
+            Weighed(top, own.covariance(top), own.phase(top), float(share))
+            for (own, top), share in zip(each, posterior_weights(masses), strict=True)
             if share >= COUNTED
         ]
         return sorted(weighed, key=lambda one: -one.weight)

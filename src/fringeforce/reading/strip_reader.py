@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
@@ -189,7 +189,7 @@ class StripFrameReader(StripFrames):
 
     @cached_property
     def _frame_search(self) -> StripFrameSearch:
-        return StripFrameSearch(self._search, self._hidden, self._alias)
+        return StripFrameSearch(self._search, self._hidden)
 
     @cached_property
     def _alias(self) -> TactelAlias | None:
@@ -201,10 +201,9 @@ class StripFrameReader(StripFrames):
         pitch = sensor.tactels.pitch / sensor.tolerances[REGISTRATION[0]]
         return TactelAlias(self.uncertain.frame.at.modes + shift[0], pitch, (sensor.tactels.count,))
 
-    def _nearer(self, met: Explanations) -> StripFrameReader:
-        """What reads with products that are exact near the best; itself where they are small."""
-        best = (met.tops or met.rough)[0]
-        centre = centre_near(self.uncertain, self.beside, best.unknowns, met.near(best))
+    def _nearer(self, met: Explanations, top: Top) -> StripFrameReader:
+        """What reads with products that are exact near a top; itself where they are small."""
+        centre = centre_near(self.uncertain, self.beside, top.unknowns, met.near(top))
         return self if centre is None else self._about(centre)
 
     def _about(self, centre: Mapping[str, float]) -> StripFrameReader:
@@ -323,7 +322,7 @@ class StripFrameReader(StripFrames):
             return self._stated(Explanations(posterior, [silent]), Status.NO_CONTACT)
         met = self._frame_search.explained(posterior, lines, silent, known=known)
         if moves and met.promising:
-            nearer = self._nearer(met)
+            nearer = self._nearer(met, (met.tops or met.rough)[0])
             if nearer is not self:
                 anew = replace(before, unknowns=None)
                 # errors of shape may have another number of modes there
@@ -354,10 +353,43 @@ class StripFrameReader(StripFrames):
             posterior = replace(posterior, model=model)
             met = Explanations(posterior, [posterior.settled(top.unknowns) for top in met.tops])
         met.relight()
+        best = met.posterior.mass(met.tops[0])
+        for nearer, there, top in self._on_other_tactels(met, lines):
+            if moves and there.mass(top) > best:
+                anew = replace(before, unknowns=None)
+                return nearer._followed(levels, used, anew, moves - 1, [top])
+            met.elsewhere.append((there, top))
         reading, located = self._stated(met, earlier=before.frames)
         if reading.ok and (said := self._departing(located.posterior, located.top)):
             return reading.departing(said), None
         return reading, located
+
+    def _on_other_tactels(
+        self, met: Explanations, lines: Lines
+    ) -> Iterator[tuple[StripFrameReader, Posterior, Top]]:
+        """Explanations on other tactels, under a camera that is shifted as much.
+
+        With posteriors that are exact where they are, and what reads there.
+        """
+        if self._alias is None:
+            return
+        posterior, best, shift = met.posterior, met.tops[0].unknowns, self._alias.shift
+        prior, loads = posterior.prior, posterior.model.at.loads
+
+        def loss(unknowns: Array) -> float:
+            return float(prior.precision[shift] * (unknowns[shift] - prior.mean[shift]) ** 2)
+
+        for own, start in self._alias.images(best[:loads], best, loss):
+            start[:loads] = own
+            top = posterior.climbed(start, heats=(), steps=(0, FOLLOWING_STEPS))
+            if top.loss > HOPELESS_LOSS * len(posterior.frame):
+                continue
+            nearer = self._nearer(met, top)
+            if nearer is not self and nearer.uncertain.frame.at == self.uncertain.frame.at:
+                there = nearer._own(posterior.frame, lines, posterior.sound).under(prior)
+                yield nearer, there, there.settled(top.unknowns)
+            else:
+                yield self, posterior, top
 
     def _onward(
         self, posterior: Posterior, top: Top, last: Array, undecided: Undecided | None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -19,7 +19,6 @@ from fringeforce.reading.frame_light import Lines
 from fringeforce.reading.posterior_search import BINS, CANDIDATES, PosteriorSearch
 from fringeforce.reading.strip_explanations import Explanations, alike_within, same_phase
 from fringeforce.reading.strip_frames import MISSED
-from fringeforce.reading.tactel_aliases import TactelAlias
 
 IMAGES = 6
 """Mirror images that are tried in a round, to mend what does not fit or to find what rivals it; of
@@ -47,13 +46,10 @@ class StripFrameSearch:
         Finds starts, and mirror images.
     hidden : Hidden
         What noise hides of a phase.
-    alias : TactelAlias, optional
-        Other tactels that look alike, if the camera may be shifted.
     """
 
     beam: PosteriorSearch
     hidden: Hidden
-    alias: TactelAlias | None = None
 
     def explained(
         self,
@@ -84,22 +80,7 @@ class StripFrameSearch:
         turned = posterior.mirrored(met.tops[0].unknowns)
         if posterior.even and _may_push(posterior, turned):
             met.add(posterior.climbed(turned, heats=(), steps=(0, 15)))
-        for start in self._on_other_tactels(posterior, met.tops[0].unknowns):
-            met.add(posterior.climbed(start, heats=(), steps=(0, 15)))
         return met
-
-    def _on_other_tactels(self, posterior: Posterior, unknowns: Array) -> Iterator[Array]:
-        """Starts on other tactels, under a camera that is shifted as much."""
-        if self.alias is None:
-            return
-        prior, loads, shift = posterior.prior, posterior.model.at.loads, self.alias.shift
-
-        def loss(moved: Array) -> float:
-            return float(prior.precision[shift] * (moved[shift] - prior.mean[shift]) ** 2)
-
-        for own, moved in self.alias.images(unknowns[:loads], unknowns, loss):
-            moved[:loads] = own
-            yield moved
 
     def found(self, posterior: Posterior, lines: Lines, attempts: int, mend: bool) -> Explanations:
         """What some attempts find in a frame, the best first, whether it explains it or not."""

@@ -270,6 +270,11 @@ class BenchUncertainty(PadUncertainty):
         return ()
 
     @property
+    def seen_turning(self) -> tuple[Group, ...]:
+        """None: matrices are made anew where the camera looks."""
+        return ()
+
+    @property
     def scaling(self) -> tuple[Group, ...]:
         """None, either."""
         return ()
