@@ -43,7 +43,6 @@ def test_a_contact_half_way_between_tactels_may_be_on_either(
     assert found == {5, other}
     for one in both:
         assert one[:, 0].max() == pytest.approx(1.0, abs=0.05)
-    assert 0.4 < reading.probability < 0.95  # 0.64 by the prior; ends of the strip tell little
 
 
 def test_contacts_up_to_the_ends_tell_where_the_camera_looks(
