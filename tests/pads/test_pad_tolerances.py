@@ -199,6 +199,25 @@ def test_a_camera_far_from_where_it_is_drawn_is_no_other_departure(roller: PadMo
     assert low < np.sum(distances) < high
 
 
+def test_a_fit_on_the_wrong_tactels_leads_to_the_right_ones(roller: PadModel) -> None:
+    """It took the camera for shifted by a pitch of 2 mm, four deviations."""
+    model = loosened(roller, **{"camera.shift_x": "0 +/- 0.5 mm", "camera.shift_y": "0 +/- 1 mm"})
+    reader = PadFrameReader(model)
+    forces, beside = np.zeros((2, model.sensor.tactels.total, 3))
+    across = model.sensor.tactels.count[1]
+    forces[2 * across + 1], beside[3 * across + 2] = [1, 0.2, 0], [1, 0.2, 0]
+    levels = reader.classifier(reader.usable_pixels).filled(
+        roller.expose(forces, np.random.default_rng(0)).ravel()
+    )
+    fit = reader._fit(levels, reader.stepping, reader.classifier(reader.usable_pixels))
+    wrong = fit.climb(fit.at(beside.ravel(), np.array([4.0, 2.0])))
+    assert wrong.extra == pytest.approx([4, 2], abs=0.5)
+    right = min(reader._on_other_tactels(fit, wrong), key=lambda one: one.misfit.loss)
+    assert right.misfit.loss < wrong.misfit.loss
+    assert right.extra == pytest.approx([0, 0], abs=0.1)
+    assert right.forces == pytest.approx(forces.ravel(), abs=0.1)
+
+
 def test_contacts_beside_tactels_do_not_tell_the_scale_of_the_light(roller: PadModel) -> None:
     """Fewer forces under a stronger effect look alike, wherever they act."""
     effect = "transducer.photoelastic.strain_optic_coefficient"
