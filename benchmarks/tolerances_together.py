@@ -2,7 +2,7 @@
 
     python benchmarks/tolerances_together.py [sensors] [seed]
 
-The paper's strip with roller edges, four drawings that state tolerances of two to four values each.
+The paper's strip with roller edges, drawings that state tolerances of two to four values each.
 Of each, sensors are built, solved anew with the values that were drawn, and expose one frame of up
 to 2 N on every tactel, at up to 30 degrees from the normal; contacts are solved by the surface's
 elements, and not by the reader's moments.
@@ -41,6 +41,10 @@ DRAWINGS: dict[str, dict[str, str]] = {
         "transducer.compliant.thickness": "0.5 mm +/- 5 %",
         "transducer.photoelastic.strain_optic_coefficient": "0.05 +/- 4 %",
         "transducer.photoelastic.youngs_modulus": "110 MPa +/- 5 %",
+    },
+    "contacts and light": {
+        "tactels.placement": "0 +/- 0.1 mm",
+        "transducer.photoelastic.strain_optic_coefficient": "0.05 +/- 3 %",
     },
     "camera, contacts and cover": SHIFT | COVER | {"tactels.placement": "0 +/- 0.1 mm"},
 }
