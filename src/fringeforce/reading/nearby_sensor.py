@@ -6,7 +6,7 @@ series in each of them about a centre, and there what they change together is ex
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -26,7 +26,7 @@ def off(uncertain: Uncertainty) -> Array:
 
 
 def centre_near(
-    uncertain: Uncertainty, beside: bool, unknowns: Array, near: Array
+    uncertain: Uncertainty, beside: bool, unknowns: Array, near: Callable[[], Array]
 ) -> Mapping[str, float] | None:
     """A centre near what was found, as of `Uncertainty.centre`; none where products are small.
 
@@ -43,8 +43,8 @@ def centre_near(
         Whether contacts may lie beside their tactels, or be wider.
     unknowns : ndarray, shape (size,)
         The best explanation.
-    near : ndarray, shape (size,)
-        Its standard deviations.
+    near : callable
+        Its standard deviations, shape (size,).
     """
     frame = uncertain.frame
     if uncertain.matrix.calibrated or len(frame.curvature) or not len(frame.influence):
@@ -54,7 +54,7 @@ def centre_near(
     contacts = _contacts_turn(uncertain) if beside else 0.0
     far = np.abs(modes - off(uncertain))
     turns, by_contacts = uncertain.turns, contacts * uncertain.turns_contacts
-    sizes, others = far * turns, (far / 2 + near[turning]) * turns  # each pair is counted twice
+    sizes, others = far * turns, (far / 2 + near()[turning]) * turns  # each pair is counted twice
     products = sizes.sum() * others.sum() - sizes @ others
     if products + (far * by_contacts).sum() < PRODUCTS:
         return None

@@ -203,7 +203,8 @@ class StripFrameReader(StripFrames):
 
     def _nearer(self, met: Explanations, top: Top) -> StripFrameReader:
         """What reads with products that are exact near a top; itself where they are small."""
-        centre = centre_near(self.uncertain, self.beside, top.unknowns, met.near(top))
+        near = partial(met.near, top)
+        centre = centre_near(self.uncertain, self.beside, top.unknowns, near)
         return self if centre is None else self._about(centre)
 
     def _about(self, centre: Mapping[str, float]) -> StripFrameReader:
@@ -353,9 +354,8 @@ class StripFrameReader(StripFrames):
             posterior = replace(posterior, model=model)
             met = Explanations(posterior, [posterior.settled(top.unknowns) for top in met.tops])
         met.relight()
-        best = met.posterior.mass(met.tops[0])
         for nearer, there, top in self._on_other_tactels(met, lines):
-            if moves and there.mass(top) > best:
+            if moves and there.mass(top) > met.posterior.mass(met.tops[0]):
                 anew = replace(before, unknowns=None)
                 return nearer._followed(levels, used, anew, moves - 1, [top])
             met.elsewhere.append((there, top))
