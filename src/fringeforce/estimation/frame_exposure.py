@@ -79,7 +79,10 @@ def contact_moments(model, unknowns, moments):
     at, order = model.at, model.mixing.shape[1]
     own, one, other = np.empty(order), np.empty(order), np.empty(order)
     placed, wider = at.width > at.place, at.fields > at.width
-    scaled, scale = len(model.scaling) > 0, 1.0
+    scale, drawn = 1.0, np.zeros(moments.shape[2])
+    for k in range(len(drawn)):
+        for i in range(len(model.drawn)):
+            drawn[k] += model.mixing[k, i] * model.drawn[i]
     for d in range(len(model.scaling)):
         scale += model.scaling[d] * (unknowns[at.modes + d] - model.origin[d])
     for j in range(len(moments)):
@@ -100,17 +103,15 @@ def contact_moments(model, unknowns, moments):
         patch_moments(shift / model.reach, half, model.profile, own, one, other)
         along, across = 1 / model.reach, slope / 2 * model.width_std / model.reach
         for k in range(moments.shape[2]):
-            a = b = c = drawn = 0.0
+            a = b = c = 0.0
             for i in range(order):
                 share = model.mixing[k, i]
                 a += share * own[i]
                 b += share * one[i]
                 c += share * other[i]
-            for i in range(order if scaled else 0):
-                drawn += model.mixing[k, i] * model.drawn[i]
-            moments[j, 0, k] = drawn + scale * (a - drawn)
+            moments[j, 0, k] = drawn[k] + scale * (a - drawn[k])
             moments[j, 1, k], moments[j, 2, k] = scale * along * b, scale * across * c
-            moments[j, 3, k] = a - drawn
+            moments[j, 3, k] = a - drawn[k]
 
 
 @apart
@@ -568,6 +569,8 @@ def influence_slopes(model: FrameModel, unknowns: Array) -> Array:
     at, powers = model.at, np.arange(model.influence.shape[1])
     e = unknowns[at.modes : at.modes + len(model.influence), None]
     found = np.einsum("dq,dqncm->dncm", (powers + 1) * e**powers, model.influence)
+    if not len(model.moving) and not len(model.scaling):
+        return np.asarray(found)
     by_place, _, by_scale = contact_columns(model, unknowns)
     if len(model.moving):
         found += np.einsum("dn,ncm->dncm", model.moving, by_place)

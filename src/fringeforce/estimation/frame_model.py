@@ -277,6 +277,11 @@ def moments_about(moments: Array, apart: Array) -> Array:
     )
 
 
+def influence_as_drawn(model: FrameModel) -> Array:
+    """Influence of contacts as drawn at the origin of the modes, shape (n, 2, m) [rad/N]."""
+    return np.asarray(np.einsum("k,ntkm->ntm", model.drawn, model.moments))
+
+
 def turned_moments(model: FrameModel, modes: Array) -> tuple[Array, Array]:
     """Influence of the moments of contacts at their tactels, and its slopes, under some modes.
 
@@ -297,7 +302,7 @@ def turned_moments(model: FrameModel, modes: Array) -> tuple[Array, Array]:
     moments, power = model.moments, np.arange(1, 1 + model.influence.shape[1])
     slopes = np.zeros((len(model.influence), *moments.shape))
     e, scale = modes[:, None], 1.0
-    as_drawn = np.einsum("k,ntkm->ntm", model.drawn, moments) if len(model.scaling) else 0.0
+    as_drawn = influence_as_drawn(model) if len(model.scaling) else 0.0
     if len(model.moving):
         moments = moments_about(moments, (modes - model.origin) @ model.moving / model.reach)
         raised = moments[:, :, 1:] * np.arange(1, moments.shape[2])[:, None]

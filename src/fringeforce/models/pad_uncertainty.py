@@ -506,10 +506,8 @@ class PadUncertainty:
         self, forces: Array, extra: Array, grid: Single, reference: Reference | None = None
     ) -> tuple[Array, Array]:
         """Derivatives by forces (3 n,) and unknowns (size,) from that by spline coefficients."""
-        by_forces, about = (
-            self.influence(extra).adjoint(grid),
-            reference or Reference(forces, extra),
-        )
+        about = reference or Reference(forces, extra)
+        by_forces = self.influence(extra).adjoint(grid)
         by_extra, pulled = np.zeros(self.size), float(by_forces @ forces)
         for group, powers in self.values:
             unknown = float(extra[group.begin])

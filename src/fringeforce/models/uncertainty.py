@@ -22,6 +22,7 @@ from fringeforce.estimation.frame_model import (
     FrameModel,
     Layout,
     contacts_scatter,
+    influence_as_drawn,
     pixels_at,
 )
 from fringeforce.models.as_built import (
@@ -111,7 +112,7 @@ class Uncertainty:
         """The same of what is neither as if contacts moved nor a change of scale, (d,)."""
         changes = self.frame.influence[:, 0]
         if len(self.frame.scaling):
-            as_drawn = np.einsum("k,ntkm->ntm", self.frame.drawn, self.frame.moments)
+            as_drawn = influence_as_drawn(self.frame)
             changes = changes - self.frame.scaling[:, None, None, None] * as_drawn
         return self._over_peak(changes)
 
@@ -198,7 +199,7 @@ def _uncertainty(matrix: BuiltInfluence, centre: Mapping[str, float]) -> Uncerta
     moving = np.array([lines.moving.get(mode.name, lines.still) for mode in turning])
     moving = moving.reshape(-1, sensor.tactels.count)[: len(turning) if lines.moving else 0]
     scaling = np.array([_scaling(mode.influence[0], psi) for mode in turning])
-    scaling = scaling if PLACEMENT in std or WIDTH in std else scaling[:0]
+    scaling = scaling[: len(turning) if lines.moments.shape[2] > 1 else 0]
     as_drawn = lines.nominal if len(scaling) else np.empty(0)
     origin = np.array([centre.get(mode.name, 0.0) for mode in turning])
     light, camera = sensor.polariscope, sensor.camera

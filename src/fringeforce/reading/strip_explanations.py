@@ -262,9 +262,7 @@ def alike_within(phase: Array) -> float:
     return min(SAME_PHASE, FAINT_SHARE * float(np.abs(phase).max()))
 
 
-def one_reading(
-    one: Weighed, best: Weighed, hidden: float, alias: TactelAlias | None = None
-) -> bool:
+def one_reading(one: Weighed, best: Weighed, hidden: float, alias: TactelAlias | None) -> bool:
     """Whether two explanations are one reading: of one phase, or no farther apart than deviations.
 
     Phases are one where noise hides their difference, unless they are of other tactels.  The
