@@ -44,6 +44,7 @@ from fringeforce.models.skin_influence import (
     WIDTH,
     fill_contacts,
 )
+from fringeforce.models.skin_modes import SkinModes
 from fringeforce.models.uncertainty import Uncertainty
 
 SHAPES = np.array([-0.05, 0.0, 0.0, 0.0, 0.5, 0.0, 0.1])
@@ -119,6 +120,9 @@ class SkinModel:
         beyond it [m].
     strain : SkinStrain, optional
         What large strain adds, at the nodes; none where strain is small.
+    as_seen : bool
+        Whether places among the unknowns are those where the camera sees contacts; on the strip if
+        not.
     """
 
     uncertain: Uncertainty
@@ -127,11 +131,19 @@ class SkinModel:
     friction: float
     half: float
     strain: SkinStrain | None = None
+    as_seen: bool = True
 
     @cached_property
     def linear(self) -> SkinModel:
         """The same of small strain."""
         return self if self.strain is None else replace(self, strain=None)
+
+    @cached_property
+    def plain(self) -> SkinModel:
+        """The same of small strain, whose influence is as drawn."""
+        frame = self.uncertain.frame
+        certain = frame._replace(influence=frame.influence[:0])
+        return replace(self.linear, uncertain=replace(self.uncertain, frame=certain))
 
     @cached_property
     def lines(self) -> Array:
@@ -193,6 +205,10 @@ class SkinModel:
         """Line loads that act like unit forces at places [m], shape (..., n)."""
         return self._unit[0](places)
 
+    @cached_property
+    def _modes(self) -> SkinModes:
+        return SkinModes(self.uncertain, self.places, _quadrature(QUADRATURE))
+
     def _spread(self, places: Array) -> tuple[Array, Array]:
         """Line loads that act like unit forces at places, and their slopes."""
         unit, slope = self._unit
@@ -218,8 +234,15 @@ class SkinModel:
 
     def touched(self, geometry: Array) -> FrameModel:
         """The model of a frame with contacts of a certain geometry in the place of tactels."""
-        nothing = np.zeros((len(geometry), 2))
-        return self._touched(geometry, self._phases(Contacts(nothing, geometry))[0])
+        base, contacts = self.uncertain.frame, Contacts(np.zeros((len(geometry), 2)), geometry)
+        moments = self._phases(contacts)[0]
+        influence = np.zeros((*base.influence.shape[:2], *moments.shape[:2], moments.shape[3]))
+        if influence.size:
+            loads = self.shares(geometry)
+            for c in range(2):
+                influence[:, :, :, c] = loads[:, c] @ base.influence[:, :, :, c]
+        more = contacts.forces.size - base.at.loads
+        return self._of_contacts(moments, influence, Layout(*(begin + more for begin in base.at)))
 
     def _phases(self, contacts: Contacts) -> tuple[Array, Array]:
         """Phase at the nodes under unit forces, and its change with the geometry under forces.
@@ -235,7 +258,7 @@ class SkinModel:
         moments, fields = np.empty((count, 2, 1, nodes)), np.empty((count, GEOMETRY, nodes))
         t, weights = _quadrature(QUADRATURE)
         forces, geometry = (np.ascontiguousarray(part, dtype=float) for part in contacts)
-        fill_contacts(*self._splines, t, weights, forces, geometry, moments, fields)
+        fill_contacts(*self._modes.spline, t, weights, forces, geometry, moments, fields)
         return moments, fields
 
     def _strained(
@@ -275,22 +298,9 @@ class SkinModel:
             added[None],
         )
 
-    @cached_property
-    def _splines(self) -> tuple[Array, Array]:
-        """Knots, and coefficients of the influence over places, shape (n, 2, m) [rad/N]."""
-        spline = make_interp_spline(self.places, self.lines.transpose(1, 0, 2), k=DEGREE)
-        return spline.t, np.ascontiguousarray(spline.c)
-
-    def _touched(self, geometry: Array, moments: Array) -> FrameModel:
-        """The model of a frame with contacts whose phase is known."""
-        base = self.uncertain.frame
-        influence = np.zeros((*base.influence.shape[:2], *moments.shape[:2], moments.shape[3]))
-        if influence.size:
-            loads = self.shares(geometry)
-            for c in range(2):
-                influence[:, :, :, c] = loads[:, c] @ base.influence[:, :, :, c]
-        more = 2 * len(moments) - base.at.loads
-        return base._replace(
+    def _of_contacts(self, moments: Array, influence: Array, at: Layout) -> FrameModel:
+        """The model of a frame with contacts in the place of tactels."""
+        return self.uncertain.frame._replace(
             moments=moments,
             profiles=moments,
             mixing=_ONE,
@@ -299,13 +309,17 @@ class SkinModel:
             origin=np.empty(0),
             drawn=np.empty(0),
             scaling=np.empty(0),
-            at=Layout(*(begin + more for begin in base.at)),
+            at=at,
         )
 
     def frame(
-        self, contacts: Contacts, beyond: Array | float = 0.0, crept: Crept | None = None
+        self,
+        contacts: Contacts,
+        beyond: Array | float = 0.0,
+        crept: Crept | None = None,
+        others: Array | None = None,
     ) -> tuple[FrameModel, Array]:
-        """The model of a frame, linear in the geometry about that of contacts, and their unknowns.
+        """The model of a frame, linear about contacts and others, and their unknowns.
 
         Its tactels are the contacts, and its first fields what a standard deviation of each value
         of their geometry changes.
@@ -313,40 +327,53 @@ class SkinModel:
         Parameters
         ----------
         contacts : Contacts
-            Where it is linear.
+            About whose geometry it is linear.
         beyond : ndarray, shape (m,), optional
             Phase beyond that of small strain, where this model is of small strain [rad].
         crept : Crept, optional
             What creep of earlier loads adds.
+        others : ndarray, optional
+            The last unknowns, after those of the contacts; zero if not given.
 
         Returns
         -------
         model : FrameModel
             Of k contacts.
         unknowns : ndarray, shape (size,)
-            Those of the contacts; the others are zero.
+            Those of the contacts and the others.
         """
         count = len(contacts.forces)
         moments, changes = self._phases(contacts)
         left, bent = beyond, changes[0, :0]
         if self.strain is not None:
             moments, changes, left, bent = self._strained(self.strain, contacts, moments, changes)
-        base, units = self._touched(contacts.geometry, moments), self.units(count)
-        fields = changes.reshape(len(units), -1) * units[:, None]
-        known = ((contacts.geometry - self.drawn).ravel()) / units
         doubts = MESH * bent
         if crept is not None:
             left, doubts = left + crept.left, np.concatenate([doubts, crept.modes])
-        more = len(fields) + len(doubts)
-        at = Layout(*base.at[:4], *(begin + more for begin in base.at[4:]))
-        frame = base._replace(
-            fields=np.concatenate([fields, doubts, base.fields]),
-            fixed=base.fixed + left - known @ fields,
-            at=at,
-        )
+        drawn, units = self.uncertain.frame, self.units(count)
+        contacting = 2 * count - drawn.at.loads
+        more = contacting + len(units) + len(doubts)
+        at = Layout(*(b + contacting for b in drawn.at[:4]), *(b + more for b in drawn.at[4:]))
         unknowns = np.zeros(at.size)
         unknowns[: at.loads] = contacts.forces.ravel()
-        unknowns[at.fields : at.fields + count * GEOMETRY] = known
+        if others is not None:
+            unknowns[at.size - len(others) :] = others
+        geometry, modes = contacts.geometry.copy(), unknowns[at.modes :][: len(drawn.influence)]
+        influence = np.zeros((0, 1, count, 2, len(drawn.fixed)))
+        if len(modes):
+            turned = self._modes.turned(*contacts, modes, changes, self.as_seen)
+            moments, changes = moments + turned.moments[:, :, None], turned.changes
+            influence = turned.influence
+            if self.as_seen:
+                geometry[:, PLACE] = self._modes.seen(geometry[:, PLACE], modes)
+        known = (geometry - self.drawn).ravel() / units
+        unknowns[at.fields : at.fields + len(units)] = known
+        fields = changes.reshape(len(units), -1) * units[:, None]
+        frame = self._of_contacts(moments, influence, at)._replace(
+            origin=modes,
+            fields=np.concatenate([fields, doubts, drawn.fields]),
+            fixed=drawn.fixed + left - known @ fields,
+        )
         return frame, unknowns
 
     def crept_on(self, model: FrameModel, before: Crept, now: Crept) -> FrameModel:
@@ -375,11 +402,35 @@ class SkinModel:
         """Contacts of unknowns, to first order as of `frame`."""
         at, count = model.at, model.at.loads // 2
         standard = unknowns[at.fields : at.fields + count * GEOMETRY]
-        geometry = standard * self.units(count)
-        return Contacts(
-            unknowns[: at.loads].reshape(count, 2),
-            self.limited(geometry.reshape(count, GEOMETRY) + self.drawn),
-        )
+        geometry = (standard * self.units(count)).reshape(count, GEOMETRY) + self.drawn
+        if self.as_seen and len(model.influence):
+            modes = unknowns[at.modes : at.modes + len(model.influence)]
+            geometry[:, PLACE] = self._modes.on_strip(geometry[:, PLACE], modes)
+        return Contacts(unknowns[: at.loads].reshape(count, 2), self.limited(geometry))
+
+    def slopes(self, model: FrameModel, unknowns: Array) -> Array:
+        """Derivatives of forces and geometry by unknowns, shape (k, 2 + GEOMETRY, size).
+
+        Parameters
+        ----------
+        model : FrameModel
+            As of `frame`.
+        unknowns : ndarray, shape (size,)
+            Where.
+        """
+        at, count, size = model.at, model.at.loads // 2, model.at.size
+        found = np.zeros((count, 2 + GEOMETRY, size))
+        found[:, :2, : at.loads] = np.eye(at.loads).reshape(count, 2, at.loads)
+        own = slice(at.fields, at.fields + count * GEOMETRY)
+        found[:, 2:, own] = np.diag(self.units(count)).reshape(count, GEOMETRY, -1)
+        if self.as_seen and len(model.influence):
+            turning = slice(at.modes, at.modes + len(model.influence))
+            places, stretch = found[:, 2 + PLACE], self._modes.stretch(unknowns[turning])
+            places[:, turning] = -self._modes.rates(
+                self.contacts(model, unknowns).geometry[:, PLACE]
+            ).T
+            places /= stretch
+        return found
 
     def prior(self, model: FrameModel, push: float) -> Prior:
         """What is known of the unknowns of contacts that push with about this force [N]."""

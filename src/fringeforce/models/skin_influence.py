@@ -41,6 +41,62 @@ def _fill_basis(knots, span, x, values, slopes):
         values[degree] = carried
 
 
+@sums
+def _fill_shares(knots, t, weights, geometry, shares):
+    """Fill in what a contact is of splines over its place, and return the first and last knot.
+
+    Parameters
+    ----------
+    knots, t, weights : ndarray
+        As of `fill_contacts`.
+    geometry : ndarray, shape (GEOMETRY,)
+        Of the contact.
+    shares : ndarray, shape (2, 1 + GEOMETRY, n)
+        Of unit forces, and the change with the geometry.
+    """
+    values, slopes = np.empty(DEGREE + 1), np.empty(DEGREE + 1)
+    normal, count = len(PRESSURE), shares.shape[2]
+    place, half = geometry[PLACE], geometry[WIDTH]
+    shares[:] = 0.0
+    low, high = count, 0
+    for q in range(len(t)):
+        x, span = place + half * t[q], DEGREE
+        while span + 1 < count and x >= knots[span + 1]:
+            span += 1
+        _fill_basis(knots, span, x, values, slopes)
+        low, high = min(low, span - DEGREE), max(high, span + 1)
+        for c in range(2):
+            begin, end = (0, normal) if c == 0 else (normal, GEOMETRY - FIRST_SHAPE)
+            profile = weights[q, 0]
+            for s in range(begin, end):
+                profile += geometry[FIRST_SHAPE + s] * weights[q, 1 + s]
+            for i in range(DEGREE + 1):
+                at = span - DEGREE + i
+                shares[c, 0, at] += profile * values[i]
+                shares[c, 1 + PLACE, at] += profile * slopes[i]
+                shares[c, 1 + WIDTH, at] += profile * t[q] * slopes[i]
+                for s in range(begin, end):
+                    shares[c, 1 + FIRST_SHAPE + s, at] += weights[q, 1 + s] * values[i]
+    return low, high
+
+
+@sums_entry
+def fill_shares(knots, t, weights, geometry, shares, ends):
+    """Fill in what contacts are of splines over their place.
+
+    Parameters
+    ----------
+    knots, t, weights, geometry : ndarray
+        As of `fill_contacts`.
+    shares : ndarray, shape (k, 2, 1 + GEOMETRY, n)
+        Of unit forces, and the change with the geometry.
+    ends : ndarray of int, shape (k, 2)
+        First coefficient that counts, and the one after the last.
+    """
+    for k in range(len(geometry)):
+        ends[k, 0], ends[k, 1] = _fill_shares(knots, t, weights, geometry[k], shares[k])
+
+
 @sums_entry
 def fill_contacts(knots, lines, t, weights, forces, geometry, moments, fields):
     """Fill in what contacts do to the phase at the nodes.
@@ -56,31 +112,10 @@ def fill_contacts(knots, lines, t, weights, forces, geometry, moments, fields):
     moments, fields : ndarray, shapes (k, 2, 1, m) and (k, GEOMETRY, m)
         Phase under unit forces, and its change with the geometry under these.
     """
-    values, slopes = np.empty(DEGREE + 1), np.empty(DEGREE + 1)
-    normal = len(PRESSURE)
+    normal, shares = len(PRESSURE), np.empty((2, 1 + GEOMETRY, len(lines)))
     moments[:], fields[:] = 0.0, 0.0
     for k in range(len(forces)):
-        place, half = geometry[k, PLACE], geometry[k, WIDTH]
-        shares = np.zeros((2, 1 + GEOMETRY, len(lines)))
-        low, high = len(lines), 0
-        for q in range(len(t)):
-            x, span = place + half * t[q], DEGREE
-            while span + 1 < len(lines) and x >= knots[span + 1]:
-                span += 1
-            _fill_basis(knots, span, x, values, slopes)
-            low, high = min(low, span - DEGREE), max(high, span + 1)
-            for c in range(2):
-                begin, end = (0, normal) if c == 0 else (normal, GEOMETRY - FIRST_SHAPE)
-                profile = weights[q, 0]
-                for s in range(begin, end):
-                    profile += geometry[k, FIRST_SHAPE + s] * weights[q, 1 + s]
-                for i in range(DEGREE + 1):
-                    at = span - DEGREE + i
-                    shares[c, 0, at] += profile * values[i]
-                    shares[c, 1 + PLACE, at] += profile * slopes[i]
-                    shares[c, 1 + WIDTH, at] += profile * t[q] * slopes[i]
-                    for s in range(begin, end):
-                        shares[c, 1 + FIRST_SHAPE + s, at] += weights[q, 1 + s] * values[i]
+        low, high = _fill_shares(knots, t, weights, geometry[k], shares)
         for c in range(2):
             begin, end = (0, normal) if c == 0 else (normal, GEOMETRY - FIRST_SHAPE)
             for at in range(low, high):

@@ -28,8 +28,8 @@ class SkinDepartureTest(StripDepartureTest):
 
     @cached_property
     def _skin(self) -> SkinModel:
-        """The same skin, where what is tested is uncertain as well."""
-        return replace(self.skin, uncertain=self._wide)
+        """The same skin, where what is tested is uncertain as well, and places are on the strip."""
+        return replace(self.skin, uncertain=self._wide, as_seen=False)
 
     def finding(self, one: Explanation) -> str:
         """What is said of departures that a frame shows plainly; nothing if it shows none."""
@@ -47,8 +47,10 @@ class SkinDepartureTest(StripDepartureTest):
 
     def scores(self, one: Explanation) -> list[Score]:
         """What a frame tells of everything that is tested, in its deviations, beside the rest."""
-        contacts = one.contacts
-        wide, start = self._skin.frame(contacts)
+        contacts, base = one.contacts, self._wide.frame.at
+        others = np.zeros(base.size)
+        others[self._fitted[base.loads :]] = one.others
+        wide, start = self._skin.frame(contacts, others=others[base.fields :])
         own = wide.at.fields + len(contacts.forces) * GEOMETRY
         lines = (self.skin.shares(contacts.geometry) * contacts.forces[:, :, None]).sum(axis=0)
         found = np.append(start[:own], one.others)

@@ -69,9 +69,11 @@ class Seen(NamedTuple):
         """The same of small strain."""
         return self._replace(skin=self.skin.linear)
 
-    def posterior(self, contacts: Contacts, beyond: Array | float = 0.0) -> tuple[Posterior, Array]:
-        """The posterior, linear about the geometry of contacts, and their unknowns."""
-        model, start = self.skin.frame(contacts, beyond, self.crept)
+    def posterior(
+        self, contacts: Contacts, beyond: Array | float = 0.0, others: Array | None = None
+    ) -> tuple[Posterior, Array]:
+        """The posterior, linear in the geometry of contacts about this and others, and unknowns."""
+        model, start = self.skin.frame(contacts, beyond, self.crept, others)
         return Posterior(model, self.skin.prior(model, self.push), self.frame), start
 
 
@@ -178,7 +180,7 @@ def climbed(
     rest = others
     for number in range(LINEARISATIONS):
         try:
-            posterior, start = seen.posterior(contacts, beyond)
+            posterior, start = seen.posterior(contacts, beyond, rest)
         except InputError:  # the surface folds under them
             if best is None:
                 contacts = _wider(skin, contacts)
@@ -186,8 +188,6 @@ def climbed(
                 contacts = between(skin, best.contacts, contacts)
             continue
         first = posterior.model.at.fields + count * GEOMETRY
-        if rest is not None:
-            start[first:] = rest
         here = posterior.climbed(start, heats=(), steps=(0, 0))
         if best is not None and rest is not None and here.loss > best.top.loss + CONVERGED / 10:
             # too far: half way back
@@ -211,10 +211,9 @@ def climbed(
 def renewed(seen: Seen, one: Explanation) -> Explanation:
     """An explanation of a frame, linear about where the contacts of one are now."""
     try:
-        posterior, start = seen.posterior(one.contacts)
+        posterior, start = seen.posterior(one.contacts, others=one.others)
     except InputError:  # the surface folds under them
         return replace(one, solved=False, folded=True)
-    start[len(start) - len(one.others) :] = one.others
     top = posterior.climbed(start, heats=(), steps=(0, 2))
     contacts = seen.skin.contacts(posterior.model, top.unknowns)
     return Explanation(posterior, top, contacts, one.contacts)

@@ -33,6 +33,9 @@ GROWN = 1.3
 SHEARED = 0.05
 """Change of a tangential force over the normal one up to which a linearisation holds at most:
 shapes of the shear, whose effect is in proportion to it, are uncertain by as much as the shear."""
+TURNED = 0.05
+"""Change of the phase by modes of the influence matrix, over its largest, up to which a
+linearisation holds at most: what is left out is that times the move of a contact."""
 LINEAR_ERROR = 0.3
 """Deviations that a linearisation may miss forces, places and widths by at the end of its reach: as
 much as adds a tenth to their squares."""
@@ -40,6 +43,8 @@ FIRST_REACH = 0.25
 """Share of the largest reach of a linearisation until it is known what one misses."""
 LONGER = 2.0
 """Factor by which the reach of a linearisation becomes longer at most, from one to the next."""
+STALE = 0.05
+"""Relative change of a variance of the forces, in any direction, from which it is found anew."""
 CREPT = 0.1
 """Change of what is uncertain of creep, over itself, up to which deviations hold at most: they are
 then as far off."""
@@ -96,6 +101,8 @@ class SkinFollower(SkinFrames):
             self._last = None
             return self._single.alone(levels, used)
         if found is not None:
+            if self._stale(found):
+                self._like = SkinResult(self._single.skin, found)
             status = Status.NO_CONTACT if self._silent else None
             return self._single.stated(
                 found, self._probability, status, tracked=True, like=self._like
@@ -227,9 +234,33 @@ class SkinFollower(SkinFrames):
         changed = far.any(axis=1) | grown | sheared
         # what large strain adds grows with the square of the forces, of which this leaves the last
         beyond = np.abs(now - before).max() / max(np.abs(before).max(), 1e-12)
-        if changed.any() or beyond**2 * self._strain > 1:
+        if changed.any() or beyond**2 * self._strain > 1 or self._turned(found) > reach * TURNED:
             return True
         if self._uncertain is None or self.crept is None:
             return False
         other = np.linalg.norm(self.crept.modes - self._uncertain)
         return bool(other > CREPT * np.linalg.norm(self._uncertain))
+
+    def _stale(self, found: Explanation) -> bool:
+        """Whether forces changed so much that their deviations did.
+
+        What is uncertain of the influence matrix makes them uncertain by shares of themselves.
+        """
+        if self._silent or self._like is None or not len(found.posterior.model.influence):
+            return False
+        covariance = self._like.force_covariance
+        before = self._like.values[:, :2].ravel()
+        change = found.contacts.forces.ravel() - before
+        relative = before @ covariance @ before / max(float(before @ before), 1e-12) ** 2
+        return bool(relative * (change @ np.linalg.solve(covariance, change)) > STALE)
+
+    def _turned(self, found: Explanation) -> float:
+        """Change of the phase by modes of the influence matrix since the linearisation.
+
+        Over the largest phase that contacts cause.
+        """
+        model, forces = found.posterior.model, found.contacts.forces
+        modes = found.top.unknowns[model.at.modes :][: len(model.influence)]
+        unit = np.tensordot(modes - model.origin, model.influence[:, 0], 1)
+        largest = np.abs(np.tensordot(forces, model.moments[:, :, 0], 2)).max()
+        return float(np.abs(np.tensordot(forces, unit, 2)).max(initial=0.0) / max(largest, 1e-12))

@@ -17,6 +17,7 @@ from fringeforce.base.errors import InputError
 from fringeforce.estimation.bad_pixels import isolated
 from fringeforce.estimation.binning import seen_means, slow_size
 from fringeforce.estimation.followed_frames import JUMP
+from fringeforce.estimation.frame_climb import CONVERGED
 from fringeforce.estimation.frame_exposure import expose, node_phase
 from fringeforce.estimation.hypotheses import NEGLIGIBLE_LOSS, SAME_PHASE, posterior_weights
 from fringeforce.estimation.phase_stretches import motion
@@ -28,7 +29,6 @@ from fringeforce.estimation.residual_test import (
 )
 from fringeforce.models.creep import Creep, Crept
 from fringeforce.models.skin import (
-    GEOMETRY,
     PLACE,
     WIDTH,
     YIELDING,
@@ -394,10 +394,9 @@ class SkinReader(StripFrames):
         """What large strain adds to the phase of an explanation at the nodes, shape (m,) [rad]."""
         if self.skin.strain is None or one is None:
             return np.zeros(len(self.skin.uncertain.frame.fixed))
-        model, unknowns = self.skin.linear.frame(one.contacts)
-        own = len(unknowns) - (model.at.fields + len(one.contacts.forces) * GEOMETRY)
-        unknowns[len(unknowns) - own :] = one.others[len(one.others) - own :]
-        return one.phase - node_phase(model, unknowns)
+        others = self.uncertain.frame.at.size - self.uncertain.frame.at.fields
+        of_linear = one.others[len(one.others) - others :]
+        return one.phase - node_phase(*self.skin.linear.frame(one.contacts, others=of_linear))
 
     def _mirrored(
         self,
@@ -431,7 +430,7 @@ class SkinReader(StripFrames):
                 for contacts in faint_starts(seen, best)
             ]
             found += more
-            pushing = [one for one in more if _mass(one) > _mass(best)]
+            pushing = [one for one in more if _mass(one) > _mass(best) + CONVERGED]
         return found
 
     def _simplified(self, seen: Seen, best: Explanation) -> list[Explanation]:

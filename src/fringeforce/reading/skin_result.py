@@ -9,7 +9,7 @@ import numpy as np
 
 from fringeforce.base.arrays import Array, Mask
 from fringeforce.contacts.resultant import Resultant
-from fringeforce.models.skin import GEOMETRY, PLACE, SECOND, WIDTH, SkinModel, variances
+from fringeforce.models.skin import PLACE, SECOND, WIDTH, SkinModel, variances
 from fringeforce.models.strip import SensorModel
 from fringeforce.reading.reading import Traction
 from fringeforce.reading.skin_fit import Explanation
@@ -47,18 +47,22 @@ class SkinResult:
         """Covariance of these, one contact after the other."""
         if self.like is not None:
             return self.like.joint
-        at, count = self.one.posterior.model.at, len(self.one.contacts.forces)
-        spread = self.one.posterior.spread(self.one.top)
-        forces = np.arange(at.loads).reshape(count, 2)
-        geometry = at.fields + np.arange(count * GEOMETRY).reshape(count, GEOMETRY)
-        own = np.concatenate([forces, geometry], axis=1).ravel()
-        units = np.concatenate([np.ones((count, 2)), self.skin.units(count).reshape(count, -1)], 1)
-        return np.asarray(spread[np.ix_(own, own)] * np.outer(units, units))
+        posterior, top = self.one.posterior, self.one.top
+        rows = self.skin.slopes(posterior.model, top.unknowns)
+        rows = rows.reshape(-1, rows.shape[-1])
+        return np.asarray(rows @ posterior.spread(top) @ rows.T)
 
     @property
     def deviations(self) -> Array:
         """Standard deviations of the normal forces of the contacts, shape (k,) [N]."""
         return np.sqrt(np.diag(self.joint)[:: self.values.shape[1]])
+
+    @property
+    def force_covariance(self) -> Array:
+        """Covariance of the forces of the contacts, shape (2k, 2k) [N^2]."""
+        count, size = self.values.shape
+        joint = self.joint.reshape(count, size, count, size)
+        return joint[:, :2, :, :2].reshape(2 * count, 2 * count)
 
     @cached_property
     def forces(self) -> Array:

@@ -242,7 +242,7 @@ class SkinSearch:
         phase : ndarray, shape (m,)
             At the nodes [rad].
         """
-        skin, known = self.skin.linear, self._certainty(phase)
+        skin, known = self.skin.plain, self._certainty(phase)
         count, push = contacts.forces.size, contacts.forces[:, 0].sum()
         if not push > 0:  # pulling is no start
             return contacts
