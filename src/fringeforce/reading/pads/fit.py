@@ -49,6 +49,9 @@ Noise itself moves the top by a gain of one for each load."""
 LAST_GAIN = 3.0
 """The same for a step by a matrix of the very place, which leaves a few thousandths of the gain,
 below which it is the last."""
+FLAT_GAIN = 6.0
+"""The same where light hardly tells forces from what scales them: rounding of a matrix, a
+thousandth of the prior's share, leaves a tenth of a deviation of such a gain."""
 SPREAD_CLIMBS = 8
 """Climbs in which the forces that the spread of tractions is relative to are found, at most.
 
@@ -299,7 +302,8 @@ class Fit:
             return self._settled(here, steps)
         loads = len(here.forces)
         counted = 1 if fine else loads
-        stop = Stop(NEGLIGIBLE_GAIN * counted, LAST_GAIN * counted)
+        near = FLAT_GAIN if known is not None and known.scales else LAST_GAIN * counted
+        stop = Stop(NEGLIGIBLE_GAIN * counted, near)
         found = minimise(
             (here, self.misfit(here)),
             self._expanded,
@@ -312,13 +316,11 @@ class Fit:
         place, left = found.place
         matrix = found.curvature or self.curvature(place)
         gained = replace(left, loss=left.loss - found.gain)
-        return Optimum(
-            place.forces + found.step[:loads],
-            matrix,
-            place,
-            gained,
-            extra=place.extra + found.step[loads:],
-        )
+        forces, extra = place.forces + found.step[:loads], place.extra + found.step[loads:]
+        if known is not None and known.contacts is None:
+            factor, extra = known.at_scale(extra, self._prior.mean)
+            forces = factor * forces
+        return Optimum(forces, matrix, place, gained, extra=extra)
 
     def _settled(self, here: Place, steps: int) -> Optimum:
         """Climb with tractions whose spread is relative to forces that are found then."""

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from fringeforce.base.arrays import Array, Index, Mask
 from fringeforce.base.errors import InputError
+from fringeforce.estimation.levenberg_marquardt import Curvature
 from fringeforce.estimation.likelihood import Response
 from fringeforce.models.pad import PadModel
-from fringeforce.models.pad_uncertainty import pad_response
+from fringeforce.models.pad_uncertainty import PadUncertainty, pad_response
 from fringeforce.optics.arrangement import signed
 from fringeforce.reading.frame_reader import FrameReader
 from fringeforce.reading.pads.verdict import FrameClassifier
@@ -25,6 +26,19 @@ class PadFrames(FrameReader):
     """Reads frames of one pad, each for itself."""
 
     model: PadModel
+
+    @cached_property
+    def uncertain(self) -> PadUncertainty | None:
+        """What is uncertain about the pad, if anything is."""
+        return None
+
+    def lasting(self, curvature: Curvature | None) -> Curvature | None:
+        """The curvature of the frame before, if it serves for the next.
+
+        Where light hardly tells forces from unknowns, one of other forces takes them for unknowns.
+        """
+        known = self.uncertain
+        return None if known is not None and known.scales else curvature
 
     def check_signed(self) -> None:
         """Raise InputError if frames do not tell a force from its negative."""

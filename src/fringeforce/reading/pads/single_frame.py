@@ -174,7 +174,7 @@ class PadFrameReader(PadFrames):
                 # tractions are spread as forces of the last frame let expect
                 fit = replace(fit, reference=Reference(start.forces, start.extra))
                 start = fit.at(start.forces, start.extra)
-            optimum = fit.climb(start, FOLLOWING_STEPS, known.curvature)
+            optimum = fit.climb(start, FOLLOWING_STEPS, self.lasting(known.curvature))
             if classifier.explained(optimum):
                 count, none = len(optimum.forces), np.empty((0, len(optimum.forces)))
                 matrix = optimum.curvature.information

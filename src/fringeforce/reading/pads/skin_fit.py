@@ -451,6 +451,9 @@ class SkinFit:
             if there.left.loss < place.left.loss:
                 place = there
             contacts, extra, loss = place.contacts, place.extra, place.left.loss
+        if self.uncertain is not None and self.crept is None:
+            factor, extra = self.uncertain.at_scale(extra, self.known.mean)
+            contacts = np.concatenate([factor * contacts[:, :PLACE], contacts[:, PLACE:]], axis=1)
         return SkinOptimum(contacts, extra, loss, place, matrix, free, found.converged)
 
     def limited(self, contacts: Array) -> Array:

@@ -168,7 +168,7 @@ class PadSkinReader(PadFrames):
             following = replace(fit, prior=expected.prior)
             start_at = following.at(following.limited(expected.contacts), expected.extra)
             one = following.climb(
-                start_at, expected.free, FOLLOWING_STEPS, curvature=expected.curvature
+                start_at, expected.free, FOLLOWING_STEPS, curvature=self.lasting(expected.curvature)
             )
             one = self._touching(following, one)
             if one is not None and not one.converged and self.explains(fit, classifier, one):
