@@ -292,16 +292,6 @@ class PadUncertainty:
         """Whether light hardly tells forces from unknowns, as from those that scale it."""
         return bool(self.scaling or self.turning)
 
-    def at_scale(self, extra: Array, likeliest: Array) -> tuple[float, Array]:
-        """Unknowns with the likeliest values of those that scale, and the factor of the forces.
-
-        Light is the same and tells nothing of these values, so that steps leave them where rounding
-        does.
-        """
-        found, numbers = extra.copy(), [group.begin for group in self.scaling]
-        found[numbers] = likeliest[numbers]
-        return self.share(extra) / self.share(found), found
-
     def scaled(self, extra: Array) -> list[tuple[int, float]]:
         """Numbers of unknowns that scale the influence, and derivatives of its logarithm."""
         return [(one[0].begin, _scaled(*one, extra)[1]) for one in self._shares]

@@ -43,7 +43,7 @@ FIRST_REACH = 0.25
 """Share of the largest reach of a linearisation until it is known what one misses."""
 LONGER = 2.0
 """Factor by which the reach of a linearisation becomes longer at most, from one to the next."""
-STALE = 0.05
+OUTDATED = 0.05
 """Relative change of a variance of the forces, in any direction, from which it is found anew."""
 CREPT = 0.1
 """Change of what is uncertain of creep, over itself, up to which deviations hold at most: they are
@@ -101,7 +101,7 @@ class SkinFollower(SkinFrames):
             self._last = None
             return self._single.alone(levels, used)
         if found is not None:
-            if self._stale(found):
+            if self._outdated(found):
                 self._like = SkinResult(self._single.skin, found)
             status = Status.NO_CONTACT if self._silent else None
             return self._single.stated(
@@ -241,7 +241,7 @@ class SkinFollower(SkinFrames):
         other = np.linalg.norm(self.crept.modes - self._uncertain)
         return bool(other > CREPT * np.linalg.norm(self._uncertain))
 
-    def _stale(self, found: Explanation) -> bool:
+    def _outdated(self, found: Explanation) -> bool:
         """Whether forces changed so much that their deviations did.
 
         What is uncertain of the influence matrix makes them uncertain by shares of themselves.
@@ -252,7 +252,7 @@ class SkinFollower(SkinFrames):
         before = self._like.values[:, :2].ravel()
         change = found.contacts.forces.ravel() - before
         relative = before @ covariance @ before / max(float(before @ before), 1e-12) ** 2
-        return bool(relative * (change @ np.linalg.solve(covariance, change)) > STALE)
+        return bool(relative * (change @ np.linalg.solve(covariance, change)) > OUTDATED)
 
     def _turned(self, found: Explanation) -> float:
         """Change of the phase by modes of the influence matrix since the linearisation.

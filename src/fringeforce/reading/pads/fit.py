@@ -33,6 +33,7 @@ from fringeforce.reading.pads.light import (
     Place,
     Prior,
     Start,
+    at_likeliest_scale,
     expected_response,
     nothing,
 )
@@ -318,7 +319,7 @@ class Fit:
         gained = replace(left, loss=left.loss - found.gain)
         forces, extra = place.forces + found.step[:loads], place.extra + found.step[loads:]
         if known is not None and known.contacts is None:
-            factor, extra = known.at_scale(extra, self._prior.mean)
+            factor, extra = at_likeliest_scale(known, self._prior, extra)
             forces = factor * forces
         return Optimum(forces, matrix, place, gained, extra=extra)
 

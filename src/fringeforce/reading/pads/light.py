@@ -70,6 +70,22 @@ class Prior:
         """Twice the negative logarithm, less a constant."""
         return float((extra - self.mean) @ self.slope(extra))
 
+    def likeliest(self, extra: Array, numbers: list[int]) -> Array:
+        """Unknowns of which some have the values that are the likeliest beside the others.
+
+        Parameters
+        ----------
+        extra : ndarray, shape (q,)
+            All unknowns.
+        numbers : list of int, length s
+            Those that are found.
+        """
+        found = extra.copy()
+        found[numbers] = self.mean[numbers]
+        own = self.among(np.isin(np.arange(len(extra)), numbers))
+        found[numbers] -= np.linalg.solve(own, self.slope(found)[numbers])
+        return found
+
     def after(self, uncertain: PadUncertainty, extra: Array, curvature: Curvature | None) -> Prior:
         """What is known before the next frame.
 
@@ -105,6 +121,20 @@ class Prior:
         pulled = expected + REMEMBERED * (told @ extra[lasting] - expected)
         mean[lasting] = np.linalg.solve(precision[here], pulled)
         return Prior(mean, precision)
+
+
+def at_likeliest_scale(
+    uncertain: PadUncertainty, prior: Prior, extra: Array
+) -> tuple[float, Array]:
+    """Factor of forces whose light is the same where what scales it is the likeliest, and unknowns.
+
+    Light tells nothing of the scale, so that steps leave it where rounding does.
+    """
+    numbers = [group.begin for group in uncertain.scaling]
+    if not numbers:
+        return 1.0, extra
+    found = prior.likeliest(extra, numbers)
+    return uncertain.share(extra) / uncertain.share(found), found
 
 
 @dataclass(frozen=True)

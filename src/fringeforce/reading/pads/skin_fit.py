@@ -30,7 +30,7 @@ from fringeforce.models.pad_skin import (
 from fringeforce.models.pad_skin_uncertainty import PadSkinUncertainty
 from fringeforce.models.pad_synthesis import Harmonics, Synthesis
 from fringeforce.reading.pads.lattice import Lattice
-from fringeforce.reading.pads.light import FrameLight, Prior, Shone
+from fringeforce.reading.pads.light import FrameLight, Prior, Shone, at_likeliest_scale
 
 NEGLIGIBLE_GAIN = 8.0
 """Gain of the loss that a step promises, below which it is taken without evaluating it any more:
@@ -452,7 +452,7 @@ class SkinFit:
                 place = there
             contacts, extra, loss = place.contacts, place.extra, place.left.loss
         if self.uncertain is not None and self.crept is None:
-            factor, extra = self.uncertain.at_scale(extra, self.known.mean)
+            factor, extra = at_likeliest_scale(self.uncertain, self.known, extra)
             contacts = np.concatenate([factor * contacts[:, :PLACE], contacts[:, PLACE:]], axis=1)
         return SkinOptimum(contacts, extra, loss, place, matrix, free, found.converged)
 
