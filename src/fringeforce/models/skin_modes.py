@@ -149,33 +149,49 @@ class SkinModes:
             the strip; so are the changes with the place.
         """
         rates, stretch = self.rates(geometry[:, PLACE])[:, :, None, None], self.stretch(modes)
-        there, changes, drawn = geometry.copy(), changes.copy(), self.spline[1]
+        there = geometry.copy()
         there[:, PLACE] = self.seen(geometry[:, PLACE], modes)
-        influence = np.zeros((len(modes), *forces.shape, drawn.shape[-1]))
-        moments, by_place, by_seen = np.zeros((3, *influence.shape[1:]))
-        for own, at, by_own in zip(
-            self._groups, (geometry, there), (by_place, by_seen), strict=True
-        ):
-            weights = own.weights(modes)
-            some = weights.any(axis=0)  # powers beyond the first have none where modes are zero
-            for k, (shares, window) in enumerate(self._shares(at) if len(own.modes) else ()):
-                for c in range(2):
-                    lines = np.tensordot(weights[:, some], own.lines[c, some, window], 1)
-                    moments[k, c] += shares[c, 0] @ lines[0]
-                    influence[:, k, c] += shares[c, 0] @ lines[1:]
-                    change = shares[c, 1:] @ lines[0]
-                    by_own[k, c] = change[PLACE]
-                    if own is self._groups[0]:
-                        by_own[k, c] += shares[c, 1 + PLACE] @ drawn[window, c]
-                    else:
-                        change[PLACE] *= stretch
-                    changes[k] += forces[k, c] * change
-        if as_seen:
+        looking, other = self._groups
+        here, beside = self._under(looking, geometry, modes), self._under(other, there, modes)
+        influence, by_seen = here.influence + beside.influence, beside.changes[:, PLACE].copy()
+        beside.changes[:, PLACE] *= stretch
+        changes = changes + np.einsum("kc,kgcm->kgm", forces, here.changes + beside.changes)
+        if not as_seen:
+            influence += rates * by_seen
+        elif len(looking.modes):
+            by_place = here.changes[:, PLACE] + self._drawn_slopes(geometry)
             influence -= rates / stretch * by_place
             changes[:, PLACE] /= stretch
-        else:
-            influence += rates * by_seen
-        return Turned(moments - np.tensordot(modes, influence, 1), changes, influence[:, None])
+        moments = here.moments + beside.moments - np.tensordot(modes, influence, 1)
+        return Turned(moments, changes, influence[:, None])
+
+    def _under(self, group: _Group, geometry: Array, modes: Array) -> Turned:
+        """What modes of a group add under unit forces.
+
+        Returns
+        -------
+        Turned
+            With changes of shape (k, g, 2, m) and influence of shape (d, k, 2, m).
+        """
+        size = (len(geometry), 2, self.spline[1].shape[-1])
+        moments, influence = np.zeros(size), np.zeros((len(modes), *size))
+        changes, weights = np.zeros((size[0], geometry.shape[1], *size[1:])), group.weights(modes)
+        some = weights.any(axis=0)  # powers beyond the first have none where modes are zero
+        for k, (shares, window) in enumerate(self._shares(geometry) if some.any() else ()):
+            for c in range(2):
+                lines = np.tensordot(weights[:, some], group.lines[c, some, window], 1)
+                moments[k, c] = shares[c, 0] @ lines[0]
+                influence[:, k, c] = shares[c, 0] @ lines[1:]
+                changes[k, :, c] = shares[c, 1:] @ lines[0]
+        return Turned(moments, changes, influence)
+
+    def _drawn_slopes(self, geometry: Array) -> Array:
+        """Change of the phase of unit forces with the place, without modes, shape (k, 2, m)."""
+        lines = self.spline[1]
+        return np.array([
+            [shares[c, 1 + PLACE] @ lines[window, c] for c in range(2)]
+            for shares, window in self._shares(geometry)
+        ])  # fmt: skip
 
     def _shares(self, geometry: Array) -> Iterator[tuple[Array, slice]]:
         """Shares (2, 1 + g, w) of coefficients, as of `fill_shares`, and which they are."""
