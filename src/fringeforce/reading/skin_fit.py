@@ -72,7 +72,7 @@ class Seen(NamedTuple):
     def posterior(
         self, contacts: Contacts, beyond: Array | float = 0.0, others: Array | None = None
     ) -> tuple[Posterior, Array]:
-        """The posterior, linear in the geometry of contacts about this and others, and unknowns."""
+        """The posterior, linear about contacts and others, and their unknowns."""
         model, start = self.skin.frame(contacts, beyond, self.crept, others)
         return Posterior(model, self.skin.prior(model, self.push), self.frame), start
 

@@ -260,7 +260,9 @@ class SkinFollower(SkinFrames):
         Over the largest phase that contacts cause.
         """
         model, forces = found.posterior.model, found.contacts.forces
+        if not len(model.influence):
+            return 0.0
         modes = found.top.unknowns[model.at.modes :][: len(model.influence)]
         unit = np.tensordot(modes - model.origin, model.influence[:, 0], 1)
         largest = np.abs(np.tensordot(forces, model.moments[:, :, 0], 2)).max()
-        return float(np.abs(np.tensordot(forces, unit, 2)).max(initial=0.0) / max(largest, 1e-12))
+        return float(np.abs(np.tensordot(forces, unit, 2)).max() / max(largest, 1e-12))

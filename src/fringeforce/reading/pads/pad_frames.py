@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,10 +28,10 @@ class PadFrames(FrameReader):
 
     model: PadModel
 
-    @cached_property
+    @property
+    @abstractmethod
     def uncertain(self) -> PadUncertainty | None:
-        """What is uncertain about the pad, if anything is."""
-        return None
+        """What is uncertain about the pad; none if nothing is."""
 
     def lasting(self, curvature: Curvature | None) -> Curvature | None:
         """The curvature of the frame before, if it serves for the next.
